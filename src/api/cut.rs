@@ -27,7 +27,7 @@ use super::layout::{LayoutOptions, build_failure, build_options, settings, unrea
 use super::{InMemory, Input};
 
 /// How far around a tile and its roads data are read, metres, unless more is asked for.
-pub const MARGIN: u32 = 400;
+pub const MARGIN: u32 = 600;
 
 /// The description in a folder of cut data.
 pub const DESCRIPTION: &str = "cut.json";

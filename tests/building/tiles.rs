@@ -79,8 +79,8 @@ fn an_extract_in_tiles_is_the_extract_in_one_piece() {
     holds_for("corpus/osm/tempe_split.osm", &[900]);
     holds_for("corpus/osm/borough_sausage_links.osm", &[800]);
     if soak() {
-        holds_for("corpus/osm/neukolln.osm", &[500]);
-        holds_for("corpus/osm/monaco.osm", &[500, 900, 2000]);
+        holds_for("corpus/osm/neukolln.osm", &[600]);
+        holds_for("corpus/osm/monaco.osm", &[600, 900, 2000]);
         holds_for("corpus/osm/harrisburg.osm", &[1000, 2000, 4000]);
         holds_for("corpus/osm/harrisburg.osm.pbf", &[1000, 2000, 4000]);
         holds_for("corpus/osm_more/campo_grande.osm", &[1000, 2000, 4000, 8000]);
@@ -206,7 +206,7 @@ fn a_long_row_of_intersections_without_room_between_them_is_no_chain() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("row.osm");
     fs::write(&input, drawing.xml()).unwrap();
-    is_same(&in_one_piece(&input), &in_tiles(&input, 500), "tiles of 500 m");
+    is_same(&in_one_piece(&input), &in_tiles(&input, 600), "tiles of 600 m");
 }
 
 /// Between known heights the ground rises evenly, however many tiles lie between; a road apart is as high as they are on average.
@@ -237,7 +237,7 @@ fn random_towns_in_tiles_are_those_in_one_piece() {
     let input = dir.path().join("region.osm");
     for seed in 0..if soak() { 40 } else { 2 } {
         fs::write(&input, region(seed)).unwrap();
-        let size = [1300, 900, 400][seed as usize % 3];
+        let size = [1300, 900, 600][seed as usize % 3];
         is_same(&in_one_piece(&input), &in_tiles(&input, size), &format!("region {seed} in tiles of {size} m"));
     }
 }

@@ -60,7 +60,7 @@ fn a_run_that_ends_early_is_gone_on_with() {
     let Some(input) = shared("corpus/osm/neukolln.osm") else { return };
     let dir = tempfile::tempdir().unwrap();
     let input = input.to_str().unwrap();
-    let arguments = ["build", input, "-o", "out", "--tiles", "500", "--resume", "--isolated"];
+    let arguments = ["build", input, "-o", "out", "--tiles", "600", "--resume", "--isolated"];
     // The list of the cells cannot be written: it has a directory's name.
     fs::create_dir_all(dir.path().join("out/lanewright.toml")).unwrap();
     lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
@@ -86,7 +86,7 @@ fn a_run_that_ends_early_is_gone_on_with() {
     lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
     let with_settings = |text: &str| {
         fs::write(dir.path().join("settings.toml"), text).unwrap();
-        let arguments = ["build", input, "-o", "out", "--tiles", "500", "--resume", "--config", "settings.toml"];
+        let arguments = ["build", input, "-o", "out", "--tiles", "600", "--resume", "--config", "settings.toml"];
         lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
         known.iter().map(changed).collect::<Vec<_>>()
     };
@@ -107,7 +107,7 @@ fn nothing_is_written_where_tiles_cannot_be_built() {
         let written: Vec<String> = left.filter(|name| name == "out" || name.starts_with(".lanewright")).collect();
         assert!(written.is_empty(), "{words:?}: {written:?}");
     };
-    refused(&sample(), &["--tiles", "300"], &["smaller than the margin of 400 m", "--tiles 400"]);
+    refused(&sample(), &["--tiles", "300"], &["smaller than the margin of 600 m", "--tiles 600"]);
     refused(&sample(), &["--tiles", "800", "--margin", "900"], &["smaller than the margin of 900 m", "--tiles 900"]);
     refused(&sample(), &["--tiles", "1050"], &["whole cells of 100 m", "--tiles 1100"]);
     refused("none.osm", &["--tiles", "1000"], &["none.osm"]);
@@ -126,7 +126,7 @@ fn data_are_cut_once_into_a_folder() {
     let dir = tempfile::tempdir().unwrap();
     let cut = |input: &str, more: &[&str]| lanewright(dir.path(), &[&["cut", input, "-o", "data"], more].concat());
     for (arguments, words) in [
-        (["--tiles", "300"], ["smaller than the margin of 400 m", "--tiles 400"]),
+        (["--tiles", "300"], ["smaller than the margin of 600 m", "--tiles 600"]),
         (["--tiles", "1050"], ["whole cells of 100 m", "--tiles 1100"]),
     ] {
         cut(&sample(), &arguments).fails_saying(&words);

@@ -286,7 +286,7 @@ def test_the_stages_without_spark(sample, program, tmp_path):
     text = lanewright.cut(sample, tmp_path / "cut", tiles=800, cells=50)
     described = json.loads(text)
     assert (tmp_path / "cut" / "cut.json").read_text() == text
-    assert (described["tile"], described["cell"], described["margin"]) == (800, 50, 400)
+    assert (described["tile"], described["cell"], described["margin"]) == (800, 50, 600)
     records, cells = tmp_path / "records", {}
     records.mkdir()
     for tile in described["tiles"]:

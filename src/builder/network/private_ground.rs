@@ -6,6 +6,9 @@ use super::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 
 /// Most length of road, metres, that counts as ground behind a gate: beyond it lies a quarter with streets of its own.
 const MOST: f64 = 1_000.0;
+/// How far that ground may reach from its gate, metres, as the crow flies. So whether a road is private depends on roads within
+/// twice this distance, however large the map is.
+const REACH: f64 = 250.0;
 
 /// Takes from the public the roads behind the gates at these nodes: those on a side of a gate from which no other road leads
 /// on, while on another side it does.
@@ -14,8 +17,7 @@ pub(super) fn close(network: &mut RoadNetwork, gates: &FxHashSet<i64>) {
     let mut private: Vec<RoadIx> = Vec::new();
     for gate in IntersectionIx::all(network.intersections.len()).filter(|&at| is_gate(at)) {
         let arms = &network.intersection(gate).arms;
-        let sides: Vec<Option<FxHashSet<RoadIx>>> =
-            arms.iter().map(|arm| behind(network, arm.road, &is_gate)).collect();
+        let sides: Vec<Option<FxHashSet<RoadIx>>> = arms.iter().map(|arm| behind(network, *arm, &is_gate)).collect();
         if sides.iter().any(Option::is_none) {
             private.extend(sides.into_iter().flatten().flatten());
         }
@@ -25,16 +27,22 @@ pub(super) fn close(network: &mut RoadNetwork, gates: &FxHashSet<i64>) {
     }
 }
 
-/// All roads that are connected with this one without a gate between them; `None` if they are more than [`MOST`] or the map
-/// ends among them.
-fn behind(network: &RoadNetwork, road: RoadIx, is_gate: &impl Fn(IntersectionIx) -> bool) -> Option<FxHashSet<RoadIx>> {
-    let (mut found, mut to_visit, mut length) = (FxHashSet::default(), vec![road], 0.0);
+/// The roads that lie behind a gate: the road that leaves it here, and all that are connected with it without another gate
+/// between them. `None` if they are longer than [`MOST`], reach farther than [`REACH`], or the map ends among them.
+fn behind(
+    network: &RoadNetwork,
+    gate: RoadEnd,
+    is_gate: &impl Fn(IntersectionIx) -> bool,
+) -> Option<FxHashSet<RoadIx>> {
+    let place = network.intersection(network.intersection_at(gate)).position;
+    let (mut found, mut to_visit, mut length) = (FxHashSet::default(), vec![gate.road], 0.0);
     while let Some(road) = to_visit.pop() {
         if !found.insert(road) {
             continue;
         }
-        length += network.road(road).line.length();
-        if length > MOST {
+        let line = &network.road(road).line;
+        length += line.length();
+        if length > MOST || line.points().iter().any(|point| (point - place).norm() > REACH) {
             return None;
         }
         for at in End::BOTH.map(|end| network.intersection_at(RoadEnd { road, end })) {

@@ -59,8 +59,13 @@ fn ground_behind_a_gate_with_private_access_is_private() {
         built.network.roads.iter().map(|road| road.public).collect::<Vec<_>>()
     };
     assert_eq!(public("barrier=gate access=private", 2000.0), [true, false, false]);
+    assert_eq!(
+        public("barrier=gate access=private", 260.0),
+        [true, false, false],
+        "no ground of a gate reaches so far"
+    );
     assert_eq!(public("barrier=gate", 2000.0), [true, true]);
-    assert_eq!(public("barrier=gate access=private", 100.0), [true; 3], "either side may be the private one");
+    assert_eq!(public("barrier=gate access=private", 240.0), [true; 3], "either side may be the private one");
 }
 
 #[test]

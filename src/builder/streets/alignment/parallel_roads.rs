@@ -8,33 +8,32 @@ mod broad_phase;
 mod overlap_search;
 mod recheck;
 mod shifted_road;
+mod sides;
 #[cfg(test)]
 mod tests;
 
-use crate::builder::network::{End, Road, RoadNetwork, Stations};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
-use super::side_order::{SideHint, SideHints, side_hints};
+use super::side_order::side_hints;
 use super::{eased, set_line};
 use broad_phase::candidates;
 use overlap_search::{Adjacency, AdjacentPlace, OverlapSearch, least_distance};
 use recheck::{Surroundings, sort_unique};
 use shifted_road::{ShiftedRoad, ShiftedRoads, TOLERANCE, normals, places};
+use sides::Sides;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Roads drawn closer together than this, metres, may lie on either side of each other: it is a mapper's accuracy.
-const UNCLEAR: f64 = 1.0;
 /// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
 const STRAIGHT: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
-const STRAIGHT_WITHIN: f64 = 100.0;
-/// The side on which a road is drawn shows up to so many places before and behind.
-const AROUND: usize = 10;
-/// Most rounds; remaining overlaps stay. In each a place depends on those up to 110 m away: 58 m is the length along which the
-/// farthest shift is led back at the steepest slope, 40 m are looked along for the side, 12 m lie between the middles of wide roads.
+const STRAIGHT_WITHIN: f64 = 25.0;
+/// Most rounds; remaining overlaps stay. The first passes on all that it moves: in it a place depends on those up to 70 m away, because
+/// the farthest shift is led back over 58 m at the steepest slope, and 12 m lie between the middles of wide roads. In later ones it is
+/// moved because of places within 10 m, and depends on those up to 22 m away.
 const ROUNDS: usize = 12;
 
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
@@ -45,9 +44,15 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     let mut roads = ShiftedRoads { network: &network, kept, made: FxHashMap::default() };
     roads.make(&active);
     let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints }.find(&active, &active);
+    let sides = Sides::new(&roads.made, &hints, &adjacency);
     let mut surroundings = None;
     for round in 1..=ROUNDS {
-        let targets = targets(&roads.made, &hints, &adjacency);
+        let passes_on = round == 1;
+        let mut targets = targets(&roads.made, &sides, &adjacency);
+        if !passes_on {
+            targets.iter_mut().for_each(|(road, target)| roads.of(*road).keep_near(target));
+            targets.retain(|(road, target)| roads.of(*road).shift != *target);
+        }
         if targets.is_empty() {
             break;
         }
@@ -55,17 +60,19 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
         for (road, target) in targets {
             roads.of(road).shift_to(&target);
         }
-        moved.extend(align_ends(&mut roads));
+        if passes_on {
+            moved.extend(align_ends(&mut roads));
+        }
         sort_unique(&mut moved);
         if round < ROUNDS {
-            let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network, &moved));
+            let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network));
             active = surroundings.update(&mut adjacency, &mut roads, &hints, &active, &moved);
         }
     }
     let shifted_roads = roads.made;
     network.roads.par_iter_mut().finely().enumerate().for_each(|(i, road)| {
         if let Some(shifted) = shifted_roads.get(&i)
-            && shifted.shift.iter().any(|s| s.abs() > TOLERANCE)
+            && shifted.noticed().iter().any(|shift| *shift != 0.0)
             && let Some(line) = shifted_line(road, shifted)
         {
             set_line(road, line);
@@ -74,10 +81,16 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     network
 }
 
-/// The moved line of a road.
+/// The moved line of a road. Where it does not move it stays as it is drawn.
 fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
+    let shift = shifted.noticed();
+    let is_moved = |place: usize| shift.get(place).is_some_and(|shift| *shift != 0.0);
+    // From a place to the next.
+    let piece_moves = |piece: usize| is_moved(piece) || is_moved(piece + 1);
+    let own = shifted.stations.iter().enumerate();
+    let own = own.filter(|(i, _)| piece_moves(*i) || i.checked_sub(1).is_some_and(piece_moves)).map(|(_, at)| *at);
     let mut stations = road.line.stations();
-    stations.extend(&shifted.stations);
+    stations.extend(own);
     stations.sort_by(f64::total_cmp);
     stations.dedup_by(|a, b| (*a - *b).abs() < 0.01);
     let points = places(&road.line, &stations);
@@ -89,9 +102,17 @@ fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
         }
         let span = shifted.stations[i + 1] - shifted.stations[i];
         let t = if span > 0.0 { ((s - shifted.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
-        p + n * (shifted.shift[i] + (shifted.shift[i + 1] - shifted.shift[i]) * t)
+        (piece_moves(i), p + n * (shift[i] + (shift[i + 1] - shift[i]) * t))
     });
-    Some(straightened(&eased(&Polyline::new(moved)?, shifted.half)))
+    let moved: Vec<(bool, Point)> = moved.collect();
+    let stretches = moved.chunk_by(|a, b| a.0 == b.0).flat_map(|stretch| {
+        let places = stretch.iter().map(|(_, place)| *place);
+        match Polyline::new(places.clone()).filter(|_| stretch.first().is_some_and(|(moves, _)| *moves)) {
+            Some(line) => straightened(&eased(&line, shifted.half)).into_points(),
+            None => places.collect(),
+        }
+    });
+    Polyline::new(stretches)
 }
 
 /// The line without the places that lie straight between their neighbours. Which of them remain is decided square by square of the
@@ -112,7 +133,7 @@ fn straightened(line: &Polyline) -> Polyline {
 }
 
 /// The roads that must move, ascending, with the shift of each of their places, metres, left positive.
-fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
+fn targets(roads: &FxHashMap<usize, ShiftedRoad>, sides: &Sides, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
     let mut pairs: Vec<&(usize, usize)> = adjacency.keys().collect();
     pairs.par_sort_unstable();
     let target = |pairs: &[&(usize, usize)]| {
@@ -120,9 +141,8 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: 
         let road = &roads[&index];
         // The most that any neighbour asks for, to the left and to the right.
         let mut most: Option<Vec<[f64; 2]>> = None;
-        for &&(a, b) in pairs {
-            let hints = hints.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-            for (place, side, push) in pushes(road, &roads[&b], hints, &adjacency[&(a, b)], a < b) {
+        for &&pair in pairs {
+            for (place, side, push) in pushes(roads, sides, pair, &adjacency[&pair]) {
                 let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
                 let away = &mut most[place][usize::from(side > 0.0)];
                 *away = away.max(push);
@@ -133,63 +153,20 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: 
     pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
 }
 
-/// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres. `first` if
-/// the road comes before its neighbour in the network.
+/// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres.
 fn pushes<'a>(
-    road: &'a ShiftedRoad,
-    other: &'a ShiftedRoad,
-    hints: &'a [SideHint],
+    roads: &'a FxHashMap<usize, ShiftedRoad>,
+    sides: &'a Sides,
+    pair: (usize, usize),
     adjacent: &'a [AdjacentPlace],
-    first: bool,
 ) -> impl Iterator<Item = (usize, f64, f64)> {
+    let (road, other) = (&roads[&pair.0], &roads[&pair.1]);
     let share = road.mobility / (road.mobility + other.mobility);
-    let runs = adjacent.chunk_by(|x, y| x.index + 1 == y.index);
-    let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
-    let overlaps = runs.flat_map(move |run| {
-        let hints = hints.iter().map(|hint| (hint, begins_at_cut(road, run, hint))).collect::<Vec<_>>();
-        run.iter().enumerate().map(move |(i, place)| {
-            let around = &run[i.saturating_sub(AROUND)..(i + AROUND + 1).min(run.len())];
-            let hinted = hinted_side(road.stations[place.index], around, &hints);
-            let side = hinted.unwrap_or_else(|| drawn_side(around, first));
-            (place.index, side, least_distance(road, other) - place.offset * side)
-        })
-    });
-    overlaps
-        .filter(|(.., overlap)| *overlap > TOLERANCE)
-        .map(move |(place, side, overlap)| (place, side, overlap * share))
-}
-
-/// Whether a run of places begins at the cut of the intersection that the two roads share.
-fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> bool {
-    let Some([first, last]) = road.kept else { return false };
-    match hint.meets {
-        Some(End::Start) => run.first().is_some_and(|adjacent| adjacent.index == first),
-        Some(End::End) => run.last().is_some_and(|adjacent| adjacent.index == last),
-        None => false,
-    }
-}
-
-/// The side of the other road at a station, by the order of arms at intersections, each with whether the run begins at its cut; `None`
-/// without hints, or if they contradict each other. Away from the intersection a hint counts only if the side on which the other road
-/// is drawn `around` there is unclear.
-fn hinted_side(station: f64, around: &[AdjacentPlace], hints: &[(&SideHint, bool)]) -> Option<f64> {
-    let mut near = hints.iter().filter(|(hint, _)| hint.holds_at(station)).peekable();
-    near.peek()?;
-    let unclear = around.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
-    let mut sides = near.filter(|(_, begins_at_cut)| *begins_at_cut || unclear).map(|(hint, _)| hint.side);
-    let first = sides.next()?;
-    sides.all(|side| side == first).then_some(first)
-}
-
-/// The side on which the other road is drawn along neighbouring places: 1 left, -1 right. If both are drawn on top of each other,
-/// the `first` road of the network goes to the left.
-fn drawn_side(run: &[AdjacentPlace], first: bool) -> f64 {
-    let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
-    match farthest {
-        Some(adjacent) if adjacent.offset.abs() > TOLERANCE => adjacent.offset.signum(),
-        Some(adjacent) if adjacent.same_direction && !first => 1.0,
-        _ => -1.0,
-    }
+    let least = least_distance(road, other);
+    let sides = adjacent.iter().filter_map(move |place| Some((place, sides.at(pair, [road, other], place)?)));
+    let overlaps = sides.map(move |(place, side)| (place.index, side, least - place.offset * side));
+    let overlaps = overlaps.filter(|(.., overlap)| *overlap > TOLERANCE);
+    overlaps.map(move |(place, side, overlap)| (place, side, overlap * share))
 }
 
 /// Gives two roads that continue each other the same shift where they meet. Returns the roads that moved.

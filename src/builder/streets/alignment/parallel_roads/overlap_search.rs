@@ -22,6 +22,8 @@ const CELL: f64 = 64.0;
 pub struct AdjacentPlace {
     /// Its index among the places of its road.
     pub index: usize,
+    /// The index of the first of the two places of the other road between which it lies.
+    pub beside: usize,
     /// Signed distance of the other road, metres, left positive.
     pub offset: f64,
     /// Whether both roads run in the same direction.
@@ -262,5 +264,5 @@ fn compare(
         return None;
     }
     let offset = if cross(pose.direction, foot - p) < 0.0 { -distance } else { distance };
-    Some(AdjacentPlace { index: pose.index, offset, same_direction: pose.direction.dot(&direction) > 0.0 })
+    Some(AdjacentPlace { index: pose.index, beside: j, offset, same_direction: pose.direction.dot(&direction) > 0.0 })
 }

@@ -18,21 +18,16 @@ const CELL: f64 = 128.0;
 pub struct Surroundings {
     cells: SpatialHash,
     boxes: Vec<Bounds>,
-    /// The roads around those that moved first; later rounds concern only these.
-    near: Vec<usize>,
 }
 
 impl Surroundings {
-    /// The surroundings of the roads that moved first.
-    pub fn new(network: &RoadNetwork, moved: &[usize]) -> Self {
+    pub fn new(network: &RoadNetwork) -> Self {
         let bounds = |road: &Road| {
             let ([low, high], reach) = (road.line.bounds(), Vector::repeat(road.half_width() + FARTHEST));
             [low - reach, high + reach]
         };
         let boxes: Vec<Bounds> = network.roads.par_iter().finely().map(bounds).collect();
-        let mut all = Self { cells: SpatialHash::new(boxes.clone(), CELL), boxes, near: Vec::new() };
-        all.near = all.of(moved);
-        all
+        Self { cells: SpatialHash::new(boxes.clone(), CELL), boxes }
     }
 
     /// The roads that may touch one of these, ascending.
@@ -60,14 +55,13 @@ impl Surroundings {
         sort_unique(&mut next);
         let (fresh, known): (Vec<usize>, Vec<usize>) =
             next.iter().partition(|road| has(moved, **road) || !has(active, **road));
-        adjacency.retain(|(a, b), _| !has(&fresh, *a) && !has(moved, *b) && has(&self.near, *b));
-        let around: Vec<usize> = self.of(&fresh).into_iter().filter(|road| has(&self.near, *road)).collect();
+        adjacency.retain(|(a, b), _| !has(&fresh, *a) && !has(moved, *b));
+        let around = self.of(&fresh);
         let known: Vec<usize> = known.into_iter().filter(|road| has(&around, *road)).collect();
-        let moved: Vec<usize> = moved.iter().copied().filter(|road| has(&self.near, *road)).collect();
         roads.make(&around);
         let search = OverlapSearch { roads: &roads.made, hints };
         adjacency.extend(search.find(&fresh, &around));
-        adjacency.extend(search.find(&known, &moved));
+        adjacency.extend(search.find(&known, moved));
         next
     }
 }

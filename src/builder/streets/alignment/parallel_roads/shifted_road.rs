@@ -18,6 +18,8 @@ pub(super) const CLEAR: f64 = 0.05;
 pub(super) const TOLERANCE: f64 = 0.03;
 /// No road moves further than this, metres: beyond, the map or the widths are wrong.
 pub(super) const FARTHEST: f64 = 7.0;
+/// How far later rounds pass on what they move, metres.
+const NEAR: f64 = 10.0;
 /// A road shorter than this between its cuts, metres, does not move.
 pub(super) const SHORTEST: f64 = 2.0;
 
@@ -30,14 +32,13 @@ pub(super) struct ShiftedRoads<'a> {
 
 impl ShiftedRoads<'_> {
     pub(super) fn of(&mut self, road: usize) -> &mut ShiftedRoad {
-        self.made.entry(road).or_insert_with(|| ShiftedRoad::new(&self.network.roads[road], self.kept[road]))
+        self.made.entry(road).or_insert_with(|| drawn(self.network, self.kept, road))
     }
 
     /// Adds the roads that are not yet there.
     pub(super) fn make(&mut self, roads: &[usize]) {
         let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
-        let new: Vec<_> =
-            new.map(|&road| (road, ShiftedRoad::new(&self.network.roads[road], self.kept[road]))).collect();
+        let new: Vec<_> = new.map(|&road| (road, drawn(self.network, self.kept, road))).collect();
         self.made.extend(new);
     }
 
@@ -45,6 +46,13 @@ impl ShiftedRoads<'_> {
     pub(super) fn shift(&self, arm: RoadEnd) -> f64 {
         self.made.get(&arm.road.position()).map_or(0.0, |road| road.shift[road.end(arm.end)])
     }
+}
+
+/// A road as it is drawn.
+fn drawn(network: &RoadNetwork, kept: &[Stations], index: usize) -> ShiftedRoad {
+    let road = &network.roads[index];
+    let continued = [road.from, road.to].map(|end| network.intersection(end).arms.len() == 2);
+    ShiftedRoad::new(road, kept[index], continued)
 }
 
 /// A road as places along its line that move sideways.
@@ -59,12 +67,14 @@ pub(super) struct ShiftedRoad {
     /// Half the width, metres.
     pub(super) half: f64,
     pub(super) level: f64,
+    /// Whether one other road continues it, at its start and at its end.
+    pub(super) continued: [bool; 2],
     /// How much of an overlap it yields, compared with that of its neighbour.
     pub(super) mobility: f64,
 }
 
 impl ShiftedRoad {
-    pub(super) fn new(road: &Road, kept: Stations) -> Self {
+    pub(super) fn new(road: &Road, kept: Stations, continued: [bool; 2]) -> Self {
         let length = road.line.length();
         let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
         let mut stations = vec![0.0];
@@ -81,7 +91,15 @@ impl ShiftedRoad {
         let width = road.section.width();
         let mobility = if road.link { 3.0 } else { 1.0 } / (width * width).max(1.0);
         let shift = vec![0.0; base.len()];
-        Self { stations, base, normals, shift, kept, half: width / 2.0, level: road.level, mobility }
+        let half = width / 2.0;
+        Self { stations, base, normals, shift, kept, half, level: road.level, continued, mobility }
+    }
+
+    /// The shifts, metres, without those that are small where all beside them are.
+    pub(super) fn noticed(&self) -> Vec<f64> {
+        let is_large = |i: usize| self.shift.get(i).is_some_and(|shift| shift.abs() > TOLERANCE);
+        let noticed = |i: usize| is_large(i) || is_large(i + 1) || i.checked_sub(1).is_some_and(is_large);
+        self.shift.iter().enumerate().map(|(i, shift)| if noticed(i) { *shift } else { 0.0 }).collect()
     }
 
     /// The place at one end.
@@ -106,6 +124,21 @@ impl ShiftedRoad {
         match self.kept {
             Some([a, b]) => self.stations[i.clamp(a, b)],
             None => self.stations[i],
+        }
+    }
+
+    /// Limits a `target`, metres, so that [`ShiftedRoad::shift_to`] moves no place that lies [`NEAR`] or farther from one that is
+    /// pushed, and no end at which one road continues another.
+    pub(super) fn keep_near(&self, target: &mut [f64]) {
+        let last = target.len() - 1;
+        for (i, target) in target.iter_mut().enumerate() {
+            let far = |j: &usize| (self.folded(i) - self.folded(*j)).abs() >= NEAR;
+            let before = (0..=i).rev().find(far).or(self.continued[0].then_some(0));
+            let after = (i..=last).find(far).or(self.continued[1].then_some(last));
+            for fixed in [before, after].into_iter().flatten() {
+                let room = SLOPE * (self.folded(i) - self.folded(fixed)).abs();
+                *target = target.clamp(self.shift[fixed] - room, self.shift[fixed] + room);
+            }
         }
     }
 

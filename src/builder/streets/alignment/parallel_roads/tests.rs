@@ -7,6 +7,7 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel
 use crate::geometry::Point;
 
 use super::*;
+use crate::builder::streets::alignment::side_order::SideHints;
 
 /// A road: points, width, whether it is raised, first and last intersection.
 type Drawn = (Vec<(f64, f64)>, f64, bool, u32, u32);
@@ -58,9 +59,36 @@ proptest! {
     }
 }
 
+/// How far away a road may lie, metres, so that it changes nothing: eleven rounds of 22 m, one of 70 m, 92 m along which the sides show,
+/// and a square of [`STRAIGHT_WITHIN`].
+const FAR: f64 = 430.0;
+/// What numbers differ by that are computed alike, metres.
+const ROUNDING: f64 = 1e-9;
 /// Half the length of the roads and of what is looked at in their middle, metres.
 const HALF: f64 = 1500.0;
 const MIDDLE: f64 = 50.0;
+
+/// A road to the east from one place to another, metres, that winds by up to 6 m.
+fn winding(from: f64, to: f64, north: f64) -> impl Strategy<Value = Drawn> {
+    let winds = prop::collection::vec(-3.0..3.0, ((to - from) / 50.0) as usize + 2);
+    (winds, 3.0..9.0).prop_map(move |(winds, width)| {
+        let step = (to - from) / (winds.len() - 1) as f64;
+        let points = winds.into_iter().enumerate().map(|(i, wind)| (from + step * i as f64, north + wind));
+        (points.collect(), width, false, 0, 1)
+    })
+}
+
+/// Long roads beside each other, and some beside them that are far away from their middle.
+fn long_and_far() -> impl Strategy<Value = (Vec<Drawn>, Vec<Drawn>)> {
+    let long = prop::collection::vec((40.0..70.0).prop_flat_map(|north| winding(-HALF, HALF, north)), 2..6);
+    let far = (FAR..HALF - 100.0, 20.0..300.0, 36.0..74.0, any::<bool>());
+    let far = far.prop_flat_map(|(from, length, north, west)| {
+        let from = from + MIDDLE;
+        let [from, to] = if west { [-from - length, -from] } else { [from, from + length] };
+        winding(from, to, north)
+    });
+    (long, prop::collection::vec(far, 1..4))
+}
 
 /// How far north roads that lead east are after they were laid side by side, around the middle, metres.
 fn laid_in_the_middle(drawn: &[Drawn]) -> Vec<Vec<f64>> {
@@ -78,10 +106,23 @@ fn north_at(line: &Polyline, east: f64) -> Option<f64> {
     Some(from.y + (to.y - from.y) * (east - from.x) / (to.x - from.x))
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+
+    #[test]
+    fn roads_are_laid_side_by_side_as_their_surroundings_want((long, far) in long_and_far()) {
+        let all: Vec<Drawn> = long.iter().chain(&far).cloned().collect();
+        let (alone, beside) = (laid_in_the_middle(&long), laid_in_the_middle(&all));
+        prop_assert!(alone.iter().all(|norths| norths.len() == 11), "{alone:?}");
+        for (alone, beside) in alone.iter().flatten().zip(beside.iter().flatten()) {
+            prop_assert!((alone - beside).abs() < ROUNDING, "{alone} {beside}");
+        }
+    }
+}
+
 #[test]
 fn on_which_side_roads_lie_is_decided_near_by() {
-    // Two roads lie on each other for 3 km. As far away as tiles look by themselves, the second is drawn clearly on the other side of
-    // the first.
+    // Two roads lie on each other for 3 km. Far away, the second is drawn clearly on the other side of the first.
     let second_in_the_middle = |far: f64| {
         let first = (vec![(-HALF, 0.0), (HALF, 0.0)], 6.0, false, 0, 1);
         let second = (vec![(-HALF, 0.5), (400.0, 0.5), (500.0, far), (HALF, far)], 6.0, false, 2, 3);
