@@ -1,4 +1,4 @@
-//! The number of errors of each kind, and which errors are new compared with it.
+//! Counts the errors of each kind, and finds the errors that are new since.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -6,10 +6,10 @@ use super::fixes_by_place::keys;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// A finding that speaks of more elements than these is about a group of them: others are about one and its neighbour.
+/// A finding about more elements than this is about a group; others are about one element and its neighbour.
 const MANY: usize = 2;
 
-/// How many errors of each code each element of the files has, and what the errors speak of.
+/// The number of errors of each code on each element, and the elements that each error is about.
 #[derive(Clone, Default)]
 pub struct ErrorCounts {
     of_each: FxHashMap<(String, Option<Key>), usize>,
@@ -18,7 +18,7 @@ pub struct ErrorCounts {
 }
 
 impl ErrorCounts {
-    /// Counts them.
+    /// Counts errors.
     pub fn of(found: &[Diagnostic]) -> Self {
         let mut counts = Self { of_each: FxHashMap::default(), spoken_of: FxHashMap::default() };
         for one in found.iter().filter(|one| one.severity == Severity::Error) {
@@ -47,8 +47,8 @@ impl ErrorCounts {
         }
     }
 
-    /// The errors of elements that have more of them than these. One that speaks only of what a single error of its code spoke of
-    /// before is not new: a group has become smaller, and its first element another.
+    /// The errors of elements that have more of them than counted here. An error is not new if a single error of its code was
+    /// about all its elements before: then a group has become smaller, and its first element is another one.
     pub fn exceeded_by(self, found: &[Diagnostic]) -> Vec<&Diagnostic> {
         let Self { mut of_each, spoken_of } = self;
         let errors = found.iter().filter(|one| one.severity == Severity::Error);

@@ -8,7 +8,7 @@ use super::proposal::Proposal;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::Diagnostic;
 
-/// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
+/// A fix may have caused an error within this distance (m), which is about the size of an intersection with its approaches.
 pub const REACH: f64 = 60.0;
 
 /// The fixes of a batch by place and by what they are about.
@@ -37,7 +37,7 @@ impl ByPlace {
         Self { tree: RTree::bulk_load(placed), elements, nowhere, count: done.len() }
     }
 
-    /// The fixes that may have caused an error: those about what it speaks of, those within reach; else all.
+    /// The fixes that may have caused an error: those about its elements, else those within reach, else all.
     pub fn near(&self, error: &Diagnostic) -> Vec<usize> {
         let mut found: Vec<usize> = keys(error).filter_map(|key| self.elements.get(&key)).flatten().copied().collect();
         if found.is_empty() {
@@ -54,8 +54,8 @@ impl ByPlace {
         found
     }
 
-    /// Whether one of these may have caused an error: it is about what the error speaks of, or within reach. What has no place may be
-    /// anywhere.
+    /// Whether one of these fixes may have caused an error: it is about the same elements, or within reach. A fix or an error
+    /// without a place may be anywhere.
     pub fn has_caused(&self, error: &Diagnostic) -> bool {
         !self.nowhere.is_empty()
             || keys(error).any(|key| self.elements.contains_key(&key))
@@ -69,7 +69,7 @@ impl ByPlace {
         within.into_iter().flatten().map(|one| one.data)
     }
 
-    /// Whether a fix is within a distance (m) of one of these, or about the same. What has no place may be anywhere.
+    /// Whether a fix is within a distance (m) of one of these, or about the same elements. A fix without a place may be anywhere.
     pub fn has_near(&self, one: &Proposal, distance: f64) -> bool {
         let is_within = |place: [f64; 2]| self.tree.locate_within_distance(place, distance * distance).next().is_some();
         let is_far = || self.nowhere.is_empty() && place_of(one).is_some_and(|place| !is_within(place));
@@ -81,7 +81,7 @@ fn place_of(one: &Proposal) -> Option<[f64; 2]> {
     one.place.filter(|place| place.iter().all(|number| number.is_finite()))
 }
 
-/// What a fix changes, what is made of that, what it has made itself, and what its finding speaks of.
+/// The elements that a fix changes, those that contain them, those that it creates, and those that its finding is about.
 fn elements_of(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
     one.touched().chain([&one.creates, &one.reaches, &one.about].into_iter().flatten().copied())
 }

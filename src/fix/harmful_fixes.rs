@@ -11,14 +11,14 @@ use super::revealed::{Marked, is_loose_end, marked_by};
 use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 
-/// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
+/// The decision about each fix of a batch, by its position. All lists are empty if the batch does no harm.
 #[derive(Debug, Default)]
 pub struct Verdict {
-    /// They do harm, or mend nothing, and nothing else can be the cause: each with the reason.
+    /// Fixes that do harm or mend nothing and are the only possible cause, each with the reason.
     pub refused: Vec<(usize, String)>,
-    /// They bring errors that have fixes themselves, and are to be tried together with those.
+    /// Fixes that bring errors with fixes of their own, and are tried again together with these.
     pub leading: Vec<usize>,
-    /// Groups of which some do, divided: one part is tried again without the other.
+    /// Groups of which some fixes do harm: one part of each group is tried again without the other.
     pub divided: Vec<Divided>,
 }
 
@@ -33,12 +33,12 @@ pub struct Divided {
     pub harm: Harm,
 }
 
-/// What fixes do that are not kept.
+/// The harm that refused fixes do.
 #[derive(Clone, Debug)]
 pub struct Harm {
     /// In one sentence.
     pub reason: String,
-    /// Whether all of it has fixes that may be made.
+    /// Whether every error that they bring has a fix that may be applied.
     pub mendable: bool,
 }
 
@@ -48,7 +48,7 @@ impl Harm {
         Self { reason: format!("it brings {}: {}", error.code, error.finding.message), mendable }
     }
 
-    /// Both; in the words of this one.
+    /// Both, with the reason of this one.
     fn and(self, other: Self) -> Self {
         Self { mendable: self.mendable && other.mendable, ..self }
     }
@@ -60,7 +60,7 @@ impl Verdict {
         self.refused.is_empty() && self.leading.is_empty() && self.divided.is_empty()
     }
 
-    /// Whether a fix leads to others depends on whether it was tried with them, and all that it does can be mended.
+    /// A fix leads to others if it was not yet tried together with them, and if they mend all its harm.
     fn add(&mut self, at: usize, harm: Harm, leads: bool) {
         match harm.mendable && !leads {
             true => self.leading.push(at),
@@ -69,9 +69,9 @@ impl Verdict {
     }
 }
 
-/// Judges a batch by what was found before and after it; `may` says which fixes may be made at all. Where only one fix can be the
-/// cause of an error, it is, unless another such fix is within reach; the other errors near it are held against
-/// it, too. Other groups are divided: at the first try in a round (`is_first`) only the likeliest causes are put off, later half of them.
+/// Judges a batch by the findings before and after it; `may` says which fixes may be applied at all. If only one fix can be the
+/// cause of an error, and no other such fix is within reach, it is the cause, of the other errors near it, too. Other groups are
+/// divided: at the first try in a round (`is_first`) only the likeliest causes are put off, later half of the group.
 pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool, is_first: bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
     let fixes = ByPlace::of(done);
@@ -117,8 +117,8 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     verdict
 }
 
-/// The fixes that draw the area of an intersection and bring more errors to light there than they mend, of those that no fix mends and
-/// that are more than the loose end of a lane; each with the reason.
+/// The fixes that draw the area of an intersection and reveal more errors there than they mend, each with the reason. Errors that
+/// a fix mends and loose ends of lanes do not count.
 pub fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, String)> {
     let draws = attempt.done.iter().enumerate().filter(|(_, one)| one.draws_area());
     let draws: Vec<(usize, FxHashSet<Key>)> = draws.map(|(at, one)| (at, marked_by(one).collect())).collect();
@@ -142,7 +142,7 @@ pub fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&
     refused.collect()
 }
 
-/// What errors say, by the first fix near each.
+/// The harm that errors do, by the first fix near each.
 fn harms(errors: &[&(&Diagnostic, Vec<usize>)], may: impl Fn(&Fix) -> bool) -> FxHashMap<usize, Harm> {
     let mut harms: FxHashMap<usize, Harm> = FxHashMap::default();
     for (error, near) in errors {
@@ -155,8 +155,8 @@ fn harms(errors: &[&(&Diagnostic, Vec<usize>)], may: impl Fn(&Fix) -> bool) -> F
     harms
 }
 
-/// Fixes that are each the only one near an error; together those that are within reach of each other's, for a fix may do harm to what
-/// another is about.
+/// Groups of fixes that are each the only one near an error. Fixes within reach of each other are one group, because a fix may
+/// harm what another fix is about.
 fn competing(errors: &[(&Diagnostic, Vec<usize>)], told: &BTreeMap<usize, Harm>, fixes: &ByPlace) -> Vec<Vec<usize>> {
     let clusters = errors.iter().filter_map(|(error, near)| match near[..] {
         [only] => {
@@ -168,7 +168,7 @@ fn competing(errors: &[(&Diagnostic, Vec<usize>)], told: &BTreeMap<usize, Harm>,
     united(clusters.collect())
 }
 
-/// How likely each fix is the cause of errors: the fewer fixes are near an error, the more is it the doing of each.
+/// How likely each fix is the cause of errors: an error counts more if fewer fixes are near it.
 fn suspicion<'a>(errors: impl Iterator<Item = &'a [usize]>) -> FxHashMap<usize, f64> {
     let mut suspicion: FxHashMap<usize, f64> = FxHashMap::default();
     for near in errors {
@@ -179,7 +179,7 @@ fn suspicion<'a>(errors: impl Iterator<Item = &'a [usize]>) -> FxHashMap<usize, 
     suspicion
 }
 
-/// Divides a group: those that change most are put off first, among them the likeliest causes.
+/// Divides a group: the fixes that change most are put off first, and of these the likeliest causes.
 fn divided(
     mut group: Vec<usize>,
     harm: Harm,
@@ -203,14 +203,14 @@ fn divided(
     Divided { kept: group, put_off, harm }
 }
 
-/// Whether a batch has brought errors that are not near a fix that leads to others: they are to be dealt with first.
+/// Whether a batch has brought errors that are not near a leading fix: these are dealt with first.
 pub fn does_other_harm(before: &[Diagnostic], attempt: &Attempt) -> bool {
     let fixes = ByPlace::of(&attempt.done);
     let leads = |at: usize| attempt.done.get(at).is_some_and(|one| one.leads);
     new_errors(before, attempt).0.into_iter().any(|error| !fixes.near(error).into_iter().any(leads))
 }
 
-/// The fixes of errors that a batch has brought, each with the position of the fix that leads to it.
+/// The fixes of the errors that a batch has brought, each with the position of the leading fix.
 pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, Proposal)> {
     let fixes = ByPlace::of(&attempt.done);
     let leader = |at: &usize| attempt.done.get(*at).is_some_and(|one| one.leads);
@@ -222,14 +222,14 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
     followers.collect()
 }
 
-/// The errors that a batch has brought, and those that it has brought to light.
+/// The errors that a batch has brought, and those that it has revealed.
 fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> (Vec<&'a Diagnostic>, Vec<&'a Diagnostic>) {
     let errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
     let marked = Marked::by(&attempt.done);
     errors.into_iter().partition(|error| !marked.reveals(error))
 }
 
-/// The fixes whose finding is there as often as before.
+/// The fixes whose finding occurs as often as before.
 fn without_effect(before: &[Diagnostic], after: &[Diagnostic], done: &[Proposal]) -> Vec<usize> {
     let [before, after] = [before, after].map(|found| {
         let mut counts: FxHashMap<(&str, Subject, &str), usize> = FxHashMap::default();
@@ -247,7 +247,7 @@ fn without_effect(before: &[Diagnostic], after: &[Diagnostic], done: &[Proposal]
     done.iter().enumerate().filter(stays).map(|(at, _)| at).collect()
 }
 
-/// How much an edit changes: tags and members least, then points and lines, most where lanelets become part of something else.
+/// How much an edit changes: tags and members least, then points and lines, most if lanelets become part of something else.
 fn change_of(edit: &Edit) -> u8 {
     match edit {
         Edit::SetTag { .. }
@@ -264,13 +264,13 @@ fn change_of(edit: &Edit) -> u8 {
     }
 }
 
-/// Groups that have a fix in common, as one; each sorted, in the order of their first.
+/// Merges groups that have a fix in common. Each group is sorted, and the groups are in the order of their first fixes.
 fn united(groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
     let mut place_of: FxHashMap<usize, usize> = FxHashMap::default();
     let mut united: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (new, group) in groups.into_iter().enumerate() {
         let known: BTreeSet<usize> = group.iter().filter_map(|at| place_of.get(at).copied()).collect();
-        // The smaller ones go into the largest, so that nothing is moved often.
+        // The smaller groups are added to the largest, so that no fix is moved often.
         let size = |place: &usize| united.get(place).map_or(0, Vec::len);
         let largest = known.iter().copied().max_by_key(size).unwrap_or(new);
         let mut added: Vec<usize> = group.into_iter().filter(|at| !place_of.contains_key(at)).collect();

@@ -1,4 +1,4 @@
-//! Judges a map by what is known of one that differs little: only what lies around the difference is looked at again.
+//! Judges a map by the findings of a map that differs little from it: only the surroundings of the difference are judged again.
 
 use std::cell::Cell;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -53,32 +53,32 @@ impl<E, F: Fn(&OsmData) -> Result<Vec<Diagnostic>, E>> Judge for F {
     }
 }
 
-/// A map with what is found in it.
+/// A map with its findings.
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a> {
     pub osm: &'a OsmData,
     pub left: &'a [Diagnostic],
 }
 
-/// More of the map than this is not worth to be judged twice.
+/// The largest share of the map that is judged twice in parts; beyond it, judging the whole map is faster.
 const MOST: f64 = 0.3;
 
 /// Judges maps one after another.
 pub struct Bench<J> {
     judge: J,
-    /// Whether a map was judged by its surroundings alone since the last one that was judged as a whole.
+    /// Whether a map was judged by its surroundings alone since the last map that was judged as a whole.
     is_guessed: Cell<bool>,
-    /// Whether that went wrong once.
+    /// Whether such a judgement was wrong before.
     is_exact: Cell<bool>,
 }
 
-/// What comes of judging a map as a whole.
+/// The result of judging a map as a whole.
 pub enum Confirmed {
-    /// It is as was thought.
+    /// The findings are as expected.
     AsIs,
-    /// Something else is found, but no error that was not known.
+    /// There are other findings, but no unexpected error.
     Otherwise(Vec<Diagnostic>),
-    /// There are errors that were not known. From now on all maps are judged as a whole.
+    /// There are unexpected errors. From now on every map is judged as a whole.
     Worse,
 }
 
@@ -101,7 +101,7 @@ impl<J: Judge> Bench<J> {
         self.judge.whole(osm)
     }
 
-    /// What is found in a map, by what is known of the one from which it differs least.
+    /// The findings in a map, given those of the map from which it differs least.
     ///
     /// # Errors
     ///
@@ -126,7 +126,7 @@ impl<J: Judge> Bench<J> {
         Ok(changed_by(known.left, before, after, |code| self.judge.rank(code)))
     }
 
-    /// Judges a map as a whole in which this is thought to be found.
+    /// Judges a map as a whole, and compares the result with the expected findings.
     ///
     /// # Errors
     ///
@@ -148,7 +148,7 @@ fn size(osm: &OsmData) -> usize {
     osm.nodes.len() + osm.ways.len() + osm.relations.len()
 }
 
-/// What is found, with what has come in a part of the map and without what has gone.
+/// The findings after a part of the map has changed: those of the part that are new are added, those that are gone are removed.
 fn changed_by(
     left: &[Diagnostic],
     before: Vec<Diagnostic>,
@@ -175,7 +175,7 @@ fn changed_by(
         Some(list.swap_remove(at))
     };
     let stays: Vec<&Diagnostic> = left.iter().filter(|one| take(one, is_same).is_none()).collect();
-    // What the whole map is needed for is said otherwise of a part.
+    // Some findings depend on the whole map, so that a part gives a wrong result for them.
     let stays = stays.into_iter().filter(|one| take(one, |_, _| true).is_none());
     let mut all: Vec<Diagnostic> = stays.cloned().collect();
     all.extend(come);
@@ -191,7 +191,7 @@ fn hashed(one: &Diagnostic) -> u64 {
     hasher.finish()
 }
 
-/// Whether two findings say the same; where they stand in the file is another matter.
+/// Whether two findings say the same, wherever they are in the file.
 fn is_same(a: &Diagnostic, b: &Diagnostic) -> bool {
     let (x, y) = (&a.finding, &b.finding);
     a.code == b.code

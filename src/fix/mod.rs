@@ -45,7 +45,7 @@ pub struct Mended {
     pub refused: Vec<(Mend, String)>,
     /// How many of the findings left have a fix that needs a look first.
     pub unsafe_left: usize,
-    /// How many errors are told only now, since rules look at the intersections that were marked.
+    /// How many of the errors left existed before and are only reported now, because the fixes marked intersections or roads.
     pub revealed: usize,
 }
 
@@ -60,9 +60,9 @@ pub enum FixError<E> {
     Read(ReadError),
 }
 
-/// Fixes what `judge` finds, round by round, until there is nothing left that a fix may be made for: those that are safe,
-/// or all with `unsafe_too`. Fixes that do not touch the same thing are made and judged together; where that does harm, those
-/// near the harm are halved, at all such places at once, so that the cost is a few judgements and not one for each fix.
+/// Applies the fixes of what `judge` finds, round by round, until no fix is left that may be applied: the safe ones, or all with
+/// `unsafe_too`. Fixes that change different things are applied and judged together. If a batch does harm, the fixes near the
+/// harm are halved, at all such places at once, so that the cost is a few judgements and not one for each fix.
 ///
 /// # Errors
 ///
@@ -74,7 +74,7 @@ pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended
     let start = Course::new(state, unsafe_too);
     let most = count_errors(&start.state.left);
     let mut course = start.clone().ended(&bench)?;
-    // No map is to have more errors than before.
+    // No map may have more errors than before.
     if count_errors(&course.state.left) > most {
         course = start.sparing().ended(&bench)?;
     }
@@ -91,7 +91,7 @@ fn count_errors(found: &[Diagnostic]) -> usize {
     found.iter().filter(|one| one.severity == Severity::Error).count()
 }
 
-/// How far mending has come.
+/// The state of a run of fixes.
 #[derive(Clone)]
 struct Course {
     state: Mended,
@@ -103,7 +103,7 @@ struct Course {
     made_before: usize,
 }
 
-/// Mending is not begun anew more often than this: two fixes may undo each other.
+/// The largest number of times that the fixes are tried again from the beginning: two fixes may undo each other.
 const PASSES: usize = 8;
 
 impl Course {
@@ -113,7 +113,7 @@ impl Course {
         Self { state, memory, known, passes: 0, made_before: 0 }
     }
 
-    /// The same, but intersections are not marked where that brings more errors to light than it mends.
+    /// The same run, but an intersection is not marked if that reveals more errors than it mends.
     fn sparing(mut self) -> Self {
         self.memory.spares = true;
         self
@@ -124,7 +124,7 @@ impl Course {
         let mut sure = self.clone();
         loop {
             self.run(bench)?;
-            // What was judged by its surroundings alone is judged as a whole before it is kept for good.
+            // A result that was judged by its surroundings alone is judged as a whole before it is kept.
             match bench.confirm(&self.state.osm, &self.state.left).map_err(FixError::Judge)? {
                 Confirmed::AsIs => {}
                 Confirmed::Otherwise(left) => self.state.left = left,
@@ -140,8 +140,8 @@ impl Course {
         }
     }
 
-    /// Forgets what was tried, so that a second run finds nothing to do: a fix that did harm may do none now that others are made. `false`
-    /// if nothing was made since.
+    /// Forgets which fixes were tried, so that a second run of the program finds nothing to do: a fix that did harm may do none
+    /// after others were applied. `false` if none was applied since the last time.
     fn begins_anew(&mut self) -> bool {
         if self.state.done.len() == self.made_before || self.passes == PASSES {
             return false;
@@ -177,9 +177,9 @@ struct Memory {
     unsafe_too: bool,
     /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
     spares: bool,
-    /// Nothing is tried twice, so that two fixes cannot undo each other for ever.
+    /// No fix is tried twice, so that two fixes cannot undo each other forever.
     tried: FxHashSet<Mend>,
-    /// Those that brought errors that have fixes: they are tried once more, together with these.
+    /// Fixes that brought errors with fixes of their own: they are tried again together with these.
     leading: FxHashSet<Mend>,
     /// Groups of fixes that do harm together, as is known from earlier rounds.
     to_blame: Vec<Suspects>,
@@ -197,8 +197,8 @@ impl Memory {
     }
 }
 
-/// Makes those fixes of a batch that do no harm together; gives back the new ids of elements. At the least one fix is kept or
-/// refused, or is to be tried with what follows from it.
+/// Applies the fixes of a batch that do no harm together; returns the new ids of elements. Each call keeps or refuses at least
+/// one fix, or marks one to be tried with the fixes that follow from it.
 fn round<J: Judge>(
     state: &mut Mended,
     memory: &mut Memory,
@@ -211,7 +211,7 @@ fn round<J: Judge>(
     let mut earlier = Earlier::default();
     while !batch.is_empty() {
         let Some(mut attempt) = attempt(state, memory, &batch, (bench, &mut earlier))? else {
-            // Not one of them can be made, though nothing else is changed.
+            // None of them can be applied, although nothing else is changed.
             let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
             refuse(state, memory, all);
             break;
@@ -248,7 +248,8 @@ fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize
     places.into_iter().filter_map(|at| of_each.get_mut(at)?.take()).collect()
 }
 
-/// Keeps what a batch has done, and blames those whom it leaves as the only cause of harm; gives back the new ids of elements.
+/// Keeps the effects of a batch, and blames the fixes that are then the only possible cause of harm; returns the new ids of
+/// elements.
 fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec<Suspects>) -> FxHashMap<Key, i64> {
     let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
     for one in attempt.done {
@@ -273,13 +274,13 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
     attempt.renumbered
 }
 
-/// Refuses a fix and those of other findings that would do the very same.
+/// Refuses a fix, and those of other findings that would make the same change.
 fn refuse_with_twins(state: &mut Mended, memory: &mut Memory, one: Proposal, reason: &str) {
     let twins = twins(&state.left, one);
     refuse(state, memory, twins.into_iter().map(|mend| (mend, reason.to_owned())));
 }
 
-/// A fix and those of other findings that would do the very same: each lanelet of an intersection proposes its area.
+/// A fix and those of other findings that would make the same change: each lanelet of an intersection proposes its area.
 fn twins(left: &[Diagnostic], one: Proposal) -> Vec<Mend> {
     let others = left.iter().filter_map(|found| {
         let fix = found.finding.fix.as_ref().filter(|fix| fix.edits == one.fix.edits)?;
@@ -307,7 +308,7 @@ pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
     Some(edits.texts())
 }
 
-/// What is known from earlier attempts of a round.
+/// The results of earlier attempts of a round.
 #[derive(Default)]
 struct Earlier {
     /// The last one, without what followed from it.
@@ -316,7 +317,7 @@ struct Earlier {
     ids: FxHashMap<Mend, IdRange>,
 }
 
-/// Applies those fixes of a batch that do not change the same thing, and with those that lead to others these, too; `None` if
+/// Applies the fixes of a batch that change different things, and after each leading fix those that follow from it; `None` if
 /// none could be applied.
 fn attempt<J: Judge>(
     state: &Mended,
@@ -355,11 +356,11 @@ fn attempt<J: Judge>(
     Ok(Some(attempt))
 }
 
-/// How often what follows from a fix is followed by more: where a lane is cut beside others, its pieces share their borders by turns, since
-/// they have ends in common, and the new borders then get their tags.
+/// The largest number of fixes that follow from each other. For example, a lane is cut beside others, then its pieces share their
+/// borders one after the other, because their ends touch, and then the new borders get their tags.
 const MOST_STEPS: usize = 4;
 
-/// Makes the fixes of the errors that leading fixes have brought; whether there was one.
+/// Applies the fixes of the errors that leading fixes brought. Returns whether there was one.
 fn follow<J: Judge>(
     before: &[Diagnostic],
     memory: &Memory,

@@ -1,14 +1,14 @@
-//! What lies around a change of the map: what rules say of the rest does not depend on it.
+//! The surroundings of a change of the map: the findings elsewhere do not depend on the change.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::text_edits::{Key, NAMING};
 use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 
-/// Edge of the squares (m) into which the map is divided: what lies in a square with a change, or in one beside it, is near.
+/// Side of the squares (m) into which the map is divided. Elements in a square with a change, or in a square beside it, are near.
 const SQUARE: f64 = 60.0;
 
-/// The elements that are not the same in two maps.
+/// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
     // Of elements that share an id it is not told which one has changed.
     let repeated = [old, new].into_iter().flat_map(|osm| &osm.oddities);
@@ -37,8 +37,8 @@ fn same_relation(a: &Relation, b: &Relation) -> bool {
     a.members == b.members && a.tags == b.tags
 }
 
-/// The elements of two maps that lie near these of them, with all that they are made of and that they name. `place` says where a
-/// node lies: east and north, metres. `None` where something has no place.
+/// The elements of two maps that are near the given ones, with all elements that they consist of and refer to. `place` gives the
+/// position of a node: east and north, metres. `None` if an element has no place.
 pub fn around(
     maps: [&OsmData; 2],
     changed: &FxHashSet<Key>,
@@ -72,10 +72,11 @@ pub fn around(
     Some(whole.0)
 }
 
-/// How deep the elements are followed that a change is made of: an element, its lanelets, their bounds, the nodes of these.
+/// The number of steps from a changed element to the elements that it consists of: its lanelets, their bounds, the nodes of
+/// these.
 const DEEP: usize = 3;
 
-/// Deeper than any chain of elements that name each other in an intersection.
+/// More steps than in any chain of elements that refer to each other in an intersection.
 const WHOLE: usize = 64;
 
 /// Elements with all that they are made of.
@@ -105,7 +106,7 @@ impl Parts {
         }
     }
 
-    /// Adds the ways and relations that have a part in what is near, whole, and the lanelets that name an area that is.
+    /// Adds the ways and relations that contain a near element, and the lanelets that name a near area, each as a whole.
     fn add_touching(&mut self, osm: &OsmData, near: &FxHashSet<Key>) {
         let mut touching: Vec<Key> = Vec::new();
         let mut ways: FxHashSet<i64> = FxHashSet::default();

@@ -3,16 +3,16 @@
 use super::fixes_by_place::{ByPlace, REACH};
 use super::proposal::{Mend, Proposal};
 
-/// Fixes that are farther apart than this (m) have nothing to do with each other, unless they are about the same elements: what
-/// either does is told within reach of it.
+/// Fixes farther apart than this (m) do not affect each other, unless they are about the same elements: their effects are found
+/// within [`REACH`].
 const APART: f64 = 2.0 * REACH;
 
 /// Ranks: what mends the file itself, what is safe, what is assumed, areas.
 const RANKS: usize = 4;
 
-/// The fixes that go first: those of what does not load, since most of what else is found may only follow from it; then at each
-/// place the safe ones, which are not to share the blame for what an assumption does; then the others; areas last, over what is
-/// settled. Places far apart do not wait for each other.
+/// The fixes that go first: those of elements that do not load, because most other findings may only follow from these; then at
+/// each place the safe ones, which must not be blamed for what an assumption does; then the others; areas last, when what they
+/// lie over is final. Places far apart do not wait for each other.
 pub fn first_of(open: Vec<Proposal>) -> Vec<Proposal> {
     let mut by_rank: [Vec<Proposal>; RANKS] = Default::default();
     for one in open {

@@ -28,13 +28,13 @@ pub struct Proposal {
     pub place: Option<[f64; 2]>,
     /// The elements that the finding speaks of.
     pub about: Vec<Key>,
-    /// The elements that it has made, where it was made.
+    /// The elements that it created, once it is applied.
     pub creates: Vec<Key>,
-    /// The elements that are made of what it changes, where it was made.
+    /// The elements that contain what it changed, once it is applied.
     pub reaches: Vec<Key>,
-    /// Whether it is made together with the fixes of what it brings.
+    /// Whether it is applied together with the fixes of the errors that it brings.
     pub leads: bool,
-    /// The fixes of what it has brought.
+    /// The fixes of the errors that it brought.
     pub followers: Vec<(Mend, Fix)>,
 }
 
@@ -58,7 +58,7 @@ impl Proposal {
         })
     }
 
-    /// Whether it draws an area: what it runs over has to be settled first.
+    /// Whether it draws an area: the lanelets in the area have to be final first.
     pub fn draws_area(&self) -> bool {
         self.fix.edits.iter().any(|edit| matches!(edit, Edit::CreateArea { .. }))
     }
@@ -89,9 +89,9 @@ pub struct Attempt {
     pub done: Vec<Proposal>,
     /// New ids of elements, by their old ones.
     pub renumbered: FxHashMap<Key, i64>,
-    /// Whether fixes that lead to others were followed by these; not where others do harm.
+    /// Whether the fixes that follow from leading fixes were applied; they are not if other fixes do harm.
     pub is_followed: bool,
-    /// Where they were, the map without what followed, and what was found in it.
+    /// If they were, the map without them, and its findings.
     pub as_made: Option<(OsmData, Vec<Diagnostic>)>,
 }
 

@@ -1,4 +1,4 @@
-//! Errors that were there before and are only told now, since an intersection was marked or a lane called a road.
+//! Errors that existed before and are only reported now, because an intersection was marked or a lane became a road.
 
 use rustc_hash::FxHashSet;
 
@@ -7,26 +7,26 @@ use super::proposal::Proposal;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Edit, Subject};
 
-/// Errors by which a vehicle goes where it has to wait: a fix that comes with one is not kept, whatever else it brings to light.
+/// Errors that let a vehicle go where it has to wait: a fix that brings one is not kept, whatever it reveals.
 const UNSAFE: [&str; 4] =
     ["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/priority-inverted", "vm-03-11/mutual"];
 
-/// What is asked of areas and of the tags that go with them: it is about what the fix has made.
+/// Requirements on areas and on the tags that go with them: an error of these is about what the fix has made.
 const OF_THE_FIX: [&str; 3] = ["vm-03-01/", "vm-03-02/", "vm-03-08/"];
 
-/// A lane that comes to an intersection and goes no further, or begins there: it was so before the intersection was marked.
+/// Errors about a lane that ends or begins at an intersection without connection: it did so before the intersection was marked.
 const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
 
-/// What only road lanelets are asked: a lane that is called one had the fault before.
+/// Requirements on road lanelets only: a lane that becomes one had the fault before.
 const OF_ROADS: [&str; 2] = ["vm-01-01/", "vm-01-09/"];
 
 /// What the fixes of a batch make part of an intersection, or a road.
 pub struct Marked {
     lanelets: FxHashSet<Key>,
     roads: FxHashSet<Key>,
-    /// What fixes have made that draw no area.
+    /// Elements made by fixes that draw no area.
     made: FxHashSet<Key>,
-    /// Those that may change where lanes end.
+    /// Fixes that may change where lanes end.
     movers: ByPlace,
 }
 
@@ -64,8 +64,8 @@ impl Marked {
         }
     }
 
-    /// Whether an error was there before and is only told now, since rules look at roads or lanes of intersections that do not look
-    /// at others: it is about how such a lane is drawn, and not about the area, the tags or the elements that the fixes have made.
+    /// Whether an error existed before and is only reported now, because the rule judges only roads or lanes of intersections.
+    /// Such an error is about the shape of a lane, and not about the area, the tags or the elements that the fixes have made.
     pub fn reveals(&self, error: &Diagnostic) -> bool {
         let is_of = |rules: &[&str]| rules.iter().any(|rule| error.code.starts_with(rule));
         if self.lanelets.is_empty() && self.roads.is_empty() {

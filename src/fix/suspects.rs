@@ -1,5 +1,5 @@
-//! What is known of fixes that did harm in a batch and were left out of it: where the others of their group do none, it is they,
-//! and no further judgement of the map is needed to say so.
+//! Fixes that were left out of a batch because their group did harm. If the rest of the group does none, they are the cause, and
+//! the map need not be judged again to find that out.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -7,26 +7,26 @@ use super::harmful_fixes::Harm;
 use super::proposal::{Mend, Proposal};
 use crate::diagnostic::{Diagnostic, Edit};
 
-/// Fixes that were put off, since with those kept they do harm.
+/// Fixes that were put off because they do harm together with those that were kept.
 #[derive(Clone, Debug)]
 pub struct Suspects {
     /// Those that were kept.
     pub kept: Vec<Mend>,
     /// Those that were put off, the likeliest cause last.
     pub put_off: Vec<Proposal>,
-    /// What they do together.
+    /// The harm that they do together.
     pub harm: Harm,
 }
 
 impl Suspects {
-    /// Whether they are to be blamed, since those kept are made and do no harm, and they would still do just the same.
+    /// Whether they are to blame: those kept were applied and do no harm, and these would still make the same changes.
     pub fn are_to_blame(&self, made: &FxHashSet<Mend>, open: &FxHashMap<Mend, &[Edit]>) -> bool {
         let is_same = |one: &Proposal| open.get(&one.mend).is_some_and(|edits| *edits == one.fix.edits);
         self.kept.iter().all(|mend| made.contains(mend)) && self.put_off.iter().all(is_same)
     }
 
-    /// Divides a group that is to blame: one half is tried, and the other taken out of the batch. `None` where the batch has not all of
-    /// them.
+    /// Divides a group that is to blame: one half is tried, and the other half is removed from the batch. `None` if the batch
+    /// does not contain all of them.
     pub fn divide(mut self, batch: &mut Vec<Proposal>) -> Option<Self> {
         let in_batch: FxHashSet<&Mend> = batch.iter().map(|one| &one.mend).collect();
         if !self.put_off.iter().all(|one| in_batch.contains(&one.mend)) {

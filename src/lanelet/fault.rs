@@ -381,7 +381,7 @@ pub enum RingFault {
         /// `outer` or `inner`.
         role: &'static str,
     },
-    /// So many outer rings.
+    /// The number of outer rings, if it is not one.
     Rings(usize),
 }
 

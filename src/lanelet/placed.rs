@@ -1,4 +1,4 @@
-//! The map as the existing validator holds it (profile `tier4`), where that is another than Autoware itself makes of it.
+//! The map as the existing validator holds it (profile `tier4`), where that differs from the map that Autoware holds.
 
 use std::borrow::Cow;
 

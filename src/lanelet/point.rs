@@ -21,7 +21,7 @@ pub struct Point {
     more: Option<Box<More>>,
 }
 
-/// What each point of a map has that was read from a file, and hardly one of a map that was built.
+/// Values that every point of a map from a file has, and few points of a built map.
 #[derive(Clone, Debug)]
 struct More {
     attributes: Attributes,

@@ -44,8 +44,8 @@ pub fn creation(map: &MapIndex, crosswalk: &Seen) -> Option<Creation> {
     Some(Creation { title, edit: Edit::CreateRegulatoryElement { subtype: "crosswalk".into(), members, referrers } })
 }
 
-/// Adds the edits that let an element refer to the one crosswalk, of those without an element, over which lanelets that refer to
-/// it run, in place of `wrong`.
+/// Adds the edits by which an element refers, in place of `wrong`, to the only crosswalk without an element that its lanelets
+/// cross.
 pub fn with_crosswalk(
     map: &MapIndex,
     finding: Finding,
@@ -71,8 +71,8 @@ pub fn with_crosswalk(
     )
 }
 
-/// Adds the edits that leave an element the crosswalk over which most of its lanelets run, and give each other one an element of
-/// its own where it has none.
+/// Adds the edits by which an element keeps the crosswalk that most of its lanelets cross, and by which each other crosswalk gets
+/// an element of its own if it has none.
 pub fn divided(map: &MapIndex, finding: Finding, element: &RegulatoryElement, refers: &[&Seen]) -> Finding {
     let referrers = map.referrers(element.id);
     let crossed = |seen: &&&Seen| {

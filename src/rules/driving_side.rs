@@ -11,7 +11,7 @@ pub struct Params {
     share: f64,
 }
 
-/// So many of the places that differ are named; more would not fit a line.
+/// The number of differing places that the message names; more would not fit a line.
 const MOST_NAMED: usize = 5;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {

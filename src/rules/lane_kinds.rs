@@ -29,7 +29,7 @@ pub fn renamed(view: &View, finding: Finding) -> Finding {
     finding.fixed_by(title, false, edits)
 }
 
-/// The new word; that vehicles drive there, and nobody else, is said where the old one said it alone.
+/// The edits that set the new word. If only the old word said that vehicles, and nobody else, drive there, a tag says it now.
 fn renaming(lanelet: &Lanelet, kind: &'static str) -> impl Iterator<Item = Edit> {
     let on = Subject::Lanelet(lanelet.id.0);
     let is_said = lanelet.attributes.iter().any(|(key, _)| key.starts_with("participant"));

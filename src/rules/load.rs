@@ -37,7 +37,7 @@ fn reversed(map: &MapIndex) -> Option<Finding> {
     Some(Finding::new("reversed", Subject::Map, message).with(first, "first"))
 }
 
-/// What is found, subject and message, of which the loader itself says nothing.
+/// Findings, by subject and message, that the loader itself does not report.
 pub(super) fn unsaid(map: &MapIndex) -> FxHashSet<(Subject, String)> {
     let faults = map.faults.iter().filter(|fault| fault.condition.is_unsaid());
     faults.filter_map(|fault| Some((fault.subject, finding(map, fault)?.message))).collect()

@@ -11,7 +11,7 @@ const MOST: usize = 12;
 /// Where one centre line ends this close (m) to where the next begins, one node is enough.
 const ONE_PLACE: f64 = 0.05;
 
-/// The edits that let the first lane reach over the second: `None` where somebody has to decide which lanes become one.
+/// The edits that extend the first lane over the second. `None` if a person has to decide which lanes become one.
 pub fn edits(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
     match (map.followers(lane), map.predecessors(follower)) {
         ([_], [_]) => chained(map, lane, follower),
@@ -21,10 +21,11 @@ pub fn edits(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> 
     }
 }
 
-/// Each is the other's only neighbour along the road; so are the lanes beside them that share their bounds.
+/// For two lanes that are each the only neighbour of the other along the road, as are the lanes beside them that share their
+/// bounds.
 fn chained(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
     let mut pairs = vec![(lane, follower)];
-    // The way that stays of each two, by either.
+    // For each of two merged ways, the one that stays.
     let mut kept: BTreeMap<LineStringId, LineStringId> = BTreeMap::new();
     let (mut edits, mut gone) = (Vec::new(), Vec::new());
     let mut at = 0;

@@ -6,7 +6,7 @@ use crate::diagnostic::{Edit, Finding};
 use crate::lanelet::PointId;
 use crate::lanelet::index::{MapIndex, UnionFind};
 
-/// Nodes that are to be one, cluster by cluster: the oldest of each, which stays, first.
+/// Clusters of nodes that become one node. The oldest node, which stays, comes first.
 pub struct NodeClusters {
     clusters: Vec<Vec<PointId>>,
     /// The cluster of each node.
@@ -14,8 +14,8 @@ pub struct NodeClusters {
 }
 
 impl NodeClusters {
-    /// Those of pairs that are to be one. A cluster of which a node is no closer than `limit` (m) to the oldest is none: it would be
-    /// moved farther than any of its findings says.
+    /// The clusters of these pairs. A cluster with a node that is `limit` (m) or more from the oldest is left out: it would move
+    /// farther than any of its findings says.
     pub fn of(map: &MapIndex, pairs: impl Iterator<Item = [PointId; 2]>, limit: f64) -> Self {
         let pairs: Vec<[PointId; 2]> = pairs.collect();
         let mut ids: Vec<PointId> = pairs.iter().flatten().copied().collect();

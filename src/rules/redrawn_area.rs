@@ -20,8 +20,8 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
         Self { map, outlines: OnceCell::new() }
     }
 
-    /// The finding with the outline that runs over the ends of the intersection's lanes and the nodes of road borders; without
-    /// a fix where there is no such outline, it is the one that the area has, or a lane reaches far beyond the others.
+    /// The finding with an outline over the ends of the lanes of the intersection and the nodes of road borders. It has no fix if
+    /// there is no such outline, if the area has it already, or if a lane reaches far beyond the others.
     pub fn mend(&self, finding: Finding, intersection: &Intersection) -> Finding {
         let lanes: Vec<usize> = intersection.members.iter().map(|member| member.lane).collect();
         let Some(area) = intersection.area.and_then(|id| self.map.map.polygons.get(id)) else { return finding };

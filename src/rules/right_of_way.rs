@@ -24,7 +24,7 @@ pub struct Judged<'m> {
     pub ignored: Vec<usize>,
     /// The lanes that they should list, in order.
     pub due: Vec<usize>,
-    /// Whether an element lists it, be it that it does not refer to that one.
+    /// Whether an element lists it, even if it does not refer to that element.
     pub listed: bool,
 }
 
@@ -45,7 +45,7 @@ impl<'m> Judged<'m> {
                     continue;
                 }
                 let lane = movement.lane;
-                // A lanelet without turn_direction is a fault of its own; what follows shows when that is mended.
+                // A lanelet without turn_direction has a finding of its own; it is judged once that is mended.
                 let tagged = |lane: &usize| map.turn_direction(*lane).is_some();
                 let due =
                     traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).filter(tagged).collect();
@@ -287,8 +287,8 @@ pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding>
     findings
 }
 
-/// Whether a signal rules a lanelet, or is meant to: a light without stop line, or one that hangs on the lane before or
-/// only on others that start at the same place, is vm-03-04's.
+/// Whether a signal rules a lanelet, or is meant to. vm-03-04 judges lights without a stop line, and lights that only the lane
+/// before, or others with the same start, refer to.
 pub fn ruled_by_signal(map: &MapIndex, lanelet: LaneletId) -> bool {
     let has_light = |id: LaneletId| map.elements(id, "traffic_light").next().is_some();
     let near = |lane: usize| {

@@ -43,8 +43,8 @@ impl<'m> TwoWay<'m> {
         Self { map, starts, ends, beside }
     }
 
-    /// The edit that creates the lanelet of the other direction; `None` where there is one, between the same bounds or beside it,
-    /// or where nothing leads on from there and nothing leads there, so that nobody drives that way.
+    /// The edit that creates the lanelet of the other direction. `None` if there is one, between the same bounds or beside it, or
+    /// if nobody drives that way because nothing leads to it and nothing leads on from it.
     pub fn opposite(&self, lanelet: &Lanelet) -> Option<Edit> {
         let lane = self.map.lanes.get(self.map.lane(lanelet.id)?)?;
         let [start, end] = [lane.end.ids, lane.start.ids].map(turned);
@@ -86,7 +86,7 @@ fn pieces<'m>(map: &MapIndex<'m>, bounds: [LineStringId; 2]) -> impl Iterator<It
     })
 }
 
-/// The two points of an end as one sees them who comes from the other side.
+/// The two points of an end in the order for the opposite direction.
 fn turned([left, right]: [PointId; 2]) -> [PointId; 2] {
     [right, left]
 }

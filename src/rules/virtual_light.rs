@@ -14,8 +14,7 @@ pub const ANCHOR: &str = "intersection_coordination";
 /// A line may end this much (m) before the middle of the lane that it crosses, or lie this far outside the way's ends.
 const EXTRA: f64 = 0.5;
 
-/// The start line is looked for so far (m) before the intersection: within this distance vehicles and infrastructure
-/// reach each other.
+/// The largest distance (m) of the start line before the intersection: within it vehicles and infrastructure reach each other.
 const REACH: f64 = 200.0;
 
 /// The virtual traffic lights of intersections. Others hold back vehicles at shutters and gates, and are free in form.
@@ -80,7 +79,7 @@ pub fn sections<'m>(map: &MapIndex, light: &'m RegulatoryElement, lane: usize) -
         let points = ends(map, way)?;
         station(center, points).map(|_| points)
     });
-    // Lines of neighbouring exits may reach over: the own one has its middle on the lanelet.
+    // Lines of neighbouring exits may reach over this lanelet; the line of this lanelet has its middle on it.
     let off = |[a, b]: &[Point; 2]| center.distance(nalgebra::center(a, b));
     let end = crossing.min_by(|a, b| off(a).total_cmp(&off(b))).ok_or(Broken::NoEnd)?;
     let ways = ways_from(map, start, lane);

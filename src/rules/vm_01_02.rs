@@ -54,12 +54,12 @@ fn is_for_wheels(lanelet: &Lanelet) -> bool {
     )
 }
 
-/// Says where a line that no two lanes of one direction share leaves it to its paint whether it may be crossed.
+/// Reports a line that is not shared by two lanes of one direction and lets only its paint say whether it may be crossed.
 fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
     let tags = &map.map.linestrings.get(line)?.attributes;
     let is_open = match tags.get("type") {
         Some("line_thin" | "line_thick" | "virtual") => true,
-        // At the edge of the road nobody asks; between a lane and a bicycle lane beside it somebody may.
+        // Nobody changes lanes over the edge of the road, but possibly over the line between a lane and a bicycle lane.
         Some("road_border") => parts_bicycles(map, line),
         _ => false,
     };
@@ -93,7 +93,7 @@ fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Findi
     let on = Subject::LineString(line.0);
     let message = format!("Linestring {line} between two lanes of one direction has {what}; it must be yes or no.");
     let finding = Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
-    // The value that Lanelet2 reads out of the paint, so that no route changes; a word that is there may mean something else.
+    // The value that Lanelet2 reads from the paint, so that no route changes. An existing value may have another meaning.
     let (value, safe) = (value_of_paint(tags), fault == "lane-change-missing");
     let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
     Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), safe, edits))

@@ -40,7 +40,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let all = (0..map.lanes.len()).into_par_iter().finely();
     let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
     if !pairs.is_empty() {
-        // Few maps come so far: only here it is asked for what is on the bounds.
+        // Few maps have such lanes, so the points of barriers are collected only here.
         let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
         let lanes: BTreeSet<usize> = first.collect();
         lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
@@ -74,15 +74,15 @@ fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
     let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(" "));
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
     let finding = ids.iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"));
-    // One that ends beside it after all, though one border swings out farther than the other.
+    // The lane may end beside the other after all, although one border swings out farther than the other.
     if let Some((way, edits)) = others.iter().find_map(|&other| one_way_of(map, [at, other])) {
         return finding.fixed_by(format!("use way {way} for both"), false, edits);
     }
     divided_lanelets::beside(map, finding, at, &others)
 }
 
-/// The edits by which two lanes share one border, with the way that stays; where both run one way it says whether it may be crossed, which
-/// nobody asked while it was the edge of one lane alone.
+/// The edits by which two lanes share one border, and the way that stays. If both run in one direction, the way also gets
+/// `lane_change`, which the edge of a single lane does not need.
 fn one_way_of(map: &MapIndex, lanes: [usize; 2]) -> Option<(LineStringId, Vec<Edit>)> {
     let (way, mut edits) = merged_borders::between(map, lanes)?;
     let tags = &map.map.linestrings.get(way)?.attributes;
@@ -109,8 +109,9 @@ fn step(pair: &[PointId]) -> [PointId; 2] {
     [pair[0].min(pair[1]), pair[0].max(pair[1])]
 }
 
-/// The bounds over which a lane may lie beside another: no barrier, and none along which one is on the same points, as
-/// kerbs do on virtual bounds in intersections. Bicycle lanes have a rule of their own, and who walks across lies beside nobody.
+/// The bounds over which a lane may lie beside another. Left out are barriers and bounds on the points of a barrier, such as the
+/// kerbs on virtual bounds of intersections. Bicycle lanes have a rule of their own, and lanelets for people on foot that cross
+/// have no neighbours.
 fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Border> {
     if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {
         return Vec::new();
@@ -142,8 +143,8 @@ fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) ->
     beside.collect()
 }
 
-/// Whether two lanes share a bound, follow each other, lie on two levels, are road and strip, or are in one intersection, where
-/// vm-03-07 judges what crosses, parts or merges.
+/// Whether two lanes share a bound, follow each other, lie on two levels, are a road and a strip at its side, or belong to one
+/// intersection, where vm-03-07 judges lanes that cross, diverge or merge.
 fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
     b.bounds.iter().any(|way| a.bounds.contains(way))
@@ -189,8 +190,8 @@ fn against(line: &Polyline, other: &Polyline) -> bool {
     line.direction(middle).dot(&other.direction(other.project(line.at(middle)).station)) < 0.0
 }
 
-/// Whether a line has one end in common with another and then leaves it: so do those of lanes that part or meet, which no
-/// one line is. The shorter piece of a line that is divided elsewhere ends on the longer one.
+/// Whether a line shares one end with another and then leaves it, as the borders of lanes that diverge or merge do, which cannot
+/// be one line. If only the line is divided at another place, its shorter piece ends on the longer line.
 fn part(line: &Polyline, other: &Polyline) -> bool {
     let ends = [other.first(), other.last()];
     let leaves = |common: Point, far: Point| ends.contains(&common) && other.distance(far) > ON_LINE;

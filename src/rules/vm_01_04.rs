@@ -24,7 +24,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let reach = Reach { apart: params.apart, share: params.share };
     let outside = |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty();
     let twins = parallel_bounds::all(map, reach, outside, outside);
-    // Of two views of one pair, that of the lane with the longer border.
+    // Each pair is found from both lanes; the lane with the longer border counts.
     let first = |twins: &ParallelBounds| {
         let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
         key(0) > key(1)
@@ -52,8 +52,8 @@ fn is_barrier(map: &MapIndex, way: LineStringId) -> bool {
     })
 }
 
-/// Whether two borders part at an end, where a median or a wall begins, however narrow: they close up to one line, but no way
-/// could be the border of both.
+/// Whether two borders diverge at an end, where a median or a wall begins, however narrow. They lie close together like one line,
+/// but no single way could be the border of both.
 fn part(map: &MapIndex, twins: &ParallelBounds, params: &Params) -> bool {
     let [mine, theirs] = twins.lanes.map(|lane| &map.lanes[lane]);
     // Lanes that run against each other touch on the same hand.
@@ -68,7 +68,7 @@ fn part(map: &MapIndex, twins: &ParallelBounds, params: &Params) -> bool {
         if a.ids[side] != b.ids[side] && next.iter().all(walled) {
             return true;
         }
-        // Where one is cut a little earlier, its end still lies on the other.
+        // If one of them ends a little earlier, its end still lies on the other.
         let across = other.project(a.points[side]).offset.abs().min(own.project(b.points[side]).offset.abs());
         let up = height(a.ids[side]).zip(height(b.ids[side])).map_or(0.0, |(a, b)| (a - b).abs());
         across > params.apart || up > params.step

@@ -31,7 +31,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
                 let message = format!("speed_limit={said} of lanelet {id} is outside {low} to {high} km/h.");
                 Some(finding("speed-range", message)?.measured(speed, limit, "km/h"))
             }
-            // C takes `nan` for a number, and no comparison holds it.
+            // C reads `nan` as a number, and every comparison with it is false.
             Some(speed) if speed > 0.0 || speed.is_nan() => None,
             _ => finding("speed-invalid", format!("speed_limit={said} of lanelet {id} is no positive number.")),
         }

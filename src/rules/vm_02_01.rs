@@ -30,7 +30,7 @@ fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
         return Some(straightened(map, finding, line));
     }
     let crossed = stop_line_crossings::crossings(map, line, params.extra);
-    // Where lanelets of an intersection start, vm-03-09 measures, and more closely; one that turns is askew to every line.
+    // vm-03-09 judges the starts of lanelets in intersections, with smaller limits; a lanelet that turns is askew to every line.
     let turns = |lane: usize| map.has_area(lane) || map.turn_direction(lane).is_some();
     let plain = |crossing: &&StopLineCrossing| {
         !turns(crossing.lane) && !map.followers(crossing.lane).iter().any(|&next| map.has_area(next))

@@ -166,7 +166,8 @@ fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding>
     Some(finding.measured(curvature, params.curvature[0], "1/m").at(Place::Point(points[worst + 1])).graded(severity))
 }
 
-/// Bending back and forth: what the bends add up to beyond what is turned in the end, and beyond what the ends ask for.
+/// Bends to and fro: the sum of all bends without the turn as a whole, and without the bends that the directions at the ends
+/// require.
 fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<Finding> {
     let lane = &map.lanes[at];
     let ends = headings(map, at);
@@ -194,8 +195,8 @@ fn headings(map: &MapIndex, at: usize) -> Vec<[Vector; 2]> {
     before.flat_map(|out| behind.iter().map(move |&on| [out, on])).collect()
 }
 
-/// Degrees that a line bends back and forth however smoothly it leads from one direction to another: over to a lane
-/// alongside, it bends twice. The least of all pairs of directions; none where the line is open at an end.
+/// The bends to and fro, degrees, that even the smoothest line from one direction to another needs: a line to a lane alongside
+/// bends twice. The least of all pairs of directions; 0 if the line is open at an end.
 fn asked(line: &Polyline, ends: &[[Vector; 2]]) -> f64 {
     let way = line.last() - line.first();
     let asked = ends.iter().map(|&[out, on]| {

@@ -83,7 +83,7 @@ struct Candidate<'a> {
 fn judge(map: &MapIndex, params: &Params, traffic: &Traffic, guide: &Guide) -> Vec<Finding> {
     let candidates: Vec<Candidate> =
         traffic.movements.iter().flat_map(|movement| candidates(map, params, movement, guide)).collect();
-    // Whoever follows the line best is whom it was painted for; the others of its kind go along.
+    // The guide line was painted for the lanelet that follows it best; the other lanelets of that turn go along.
     let Some(best) = candidates.iter().min_by(|a, b| a.off.0.total_cmp(&b.off.0)) else { return Vec::new() };
     let mut findings = Vec::new();
     if best.off.0 > params.offset {

@@ -56,7 +56,7 @@ fn yield_missing(judged: &Judged) -> Vec<Finding> {
     findings.collect()
 }
 
-/// A lane that the lanelet is let ignore though both then ignore each other, or though it goes first.
+/// A lane that the lanelet may ignore although both then ignore each other, or although that lane goes first.
 fn wrongly_ignored(judged: &Judged, y: usize) -> Option<Finding> {
     let Judged { map, traffic, x, .. } = *judged;
     let at = traffic.of_lane(y)?;
@@ -68,7 +68,7 @@ fn wrongly_ignored(judged: &Judged, y: usize) -> Option<Finding> {
     }
     let name = map.lanes[y].id;
     let (fault, message) = if mutual {
-        // Said once, of the one that has to give way; of the later one where both are equal.
+        // The finding is about the lanelet that has to give way; about the later one if both are equal.
         let theirs = traffic.yields(map, at).iter().any(|&z| traffic.movements[z].lane == judged.lane);
         let lower = !due && (theirs || at < x);
         if !lower {

@@ -54,13 +54,13 @@ fn no_conflict(map: &MapIndex, lane: usize) -> Option<Finding> {
     alone.then(|| Finding::new("no-conflict", Subject::Lanelet(id.0), message))
 }
 
-/// Two lanes that hardly touch. Said once for the two.
+/// Two lanes that hardly touch: one finding for both.
 fn sliver(map: &MapIndex, lane: usize, conflict: &Conflict) -> Option<Finding> {
     let back = map.conflicts[conflict.other].iter().find(|back| back.other == lane)?;
     if conflict.real || back.real || conflict.grade_separated || map.movement(conflict.other).is_none() {
         return None;
     }
-    // The other one says it if it comes first.
+    // The finding belongs to the lane that comes first.
     let said = conflict.other < lane && map.ignored(conflict.other).binary_search(&lane).is_err();
     if said {
         return None;

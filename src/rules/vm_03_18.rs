@@ -9,7 +9,7 @@ use crate::lanelet::index::MapIndex;
 use super::NoParams;
 use super::virtual_light::{Section, lights, sections};
 
-/// Sections that touch do not overlap; so much (m) is noise.
+/// Sections that overlap by less than this (m) only touch.
 const TOUCH: f64 = 0.1;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {

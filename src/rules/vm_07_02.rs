@@ -25,7 +25,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     polygons.chain(words).collect()
 }
 
-/// The word that somebody meant who wrote another: the same letters but for case, blanks and an `s` at the end, or the
+/// The valid word that a wrong one stands for: it differs only in case, blanks or an `s` at the end, or the wrong one is the
 /// usual name of the thing.
 fn meant(said: &str) -> Option<&'static str> {
     if KINDS.contains(&said) {

@@ -55,7 +55,7 @@ fn finding(map: &MapIndex, params: &Params, at: usize, conflict: &Conflict) -> F
         true => finding("overlap", "lie on each other"),
         false => finding("crossing", "cross each other outside an intersection"),
     };
-    // Where all is drawn at one height, one may pass over the other for all that the map says.
+    // If everything is drawn at one height, the map does not show whether one lane passes over the other.
     let [low, high] = lane.heights;
     let flat = low == high && [low, high] == other.heights;
     if flat { finding.graded(Severity::Info) } else { finding }

@@ -3,24 +3,21 @@
 use crate::builder::control::controlled_arm::{Approach, ControlledArm};
 use crate::builder::control::signal_arrows::one_way;
 use crate::builder::control::walkway::walkways;
-use crate::builder::intersection::area::AreaOutline;
+use crate::builder::intersection::area_outline::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
 use crate::builder::intersection::movement_types::{Movement, Movements};
-use crate::builder::intersection::turning_lanelets::{
-    DrawnMovements, IntersectionPaint, TurningLanelet, intersection_key, paint,
-};
+use crate::builder::intersection::turn_direction::{tag_turns, turn_direction};
+use crate::builder::intersection::turning_lanelets::{DrawnMovements, TurningLanelet, intersection_key};
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::approach_control::Control;
-use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
-use crate::builder::tags::marking::unpainted;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
-use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId, TurnDirection};
+use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId};
 use crate::settings::IntersectionSettings;
 
 use super::crossings::announce_to;
@@ -131,7 +128,7 @@ impl<'a> IntersectionAssembly<'a> {
     ) {
         let id = self.area_polygon(intersection, arms, outline);
         let bicycles = std::mem::take(&mut self.bicycles);
-        self.tag_lanelets(intersection, id, traffic.paths.iter().chain(&bicycles.paths));
+        tag_turns(&mut self.assembly, intersection, id, traffic.paths.iter().chain(&bicycles.paths));
         // Only lanelets of subtype road are watched, have lights, and are yielded to.
         let (with_bicycles, conflicts_with_bicycles);
         let Traffic { paths, conflicts } = if self.context.as_roads && !bicycles.paths.is_empty() {
@@ -200,7 +197,7 @@ impl<'a> IntersectionAssembly<'a> {
         kept.map(|i| outline.ring[i]).collect()
     }
 
-    /// The nodes of a cut at which a border or a lane for cars ends, or one that is tagged as if it were for them.
+    /// The nodes of a cut at which a border, a lane for cars, or a bicycle lane that is tagged as a road ends.
     fn anchors<'s>(&'s self, (index, arm): (usize, &'s Arm)) -> impl Iterator<Item = PointId> + use<'s, 'a> {
         let lanes = self.context.lanes;
         let borders = lanes.borders_at(arm.at).iter().flatten().filter_map(|bound| self.assembly.line_of(bound.line));
@@ -212,26 +209,6 @@ impl<'a> IntersectionAssembly<'a> {
         let bicycles = self.bicycles.ends.of_arm(index).filter(|_| self.context.as_roads);
         let ends = arm.into.iter().chain(&arm.out).filter(is_for_cars).chain(bicycles).flat_map(|end| end.nodes);
         borders.flat_map(|line| [line.points.first(), line.points.last()]).flatten().copied().chain(ends)
-    }
-
-    /// Tags lanelets with their area and turn direction. Nothing is painted across an intersection, not even where two roads only
-    /// merge lanes.
-    fn tag_lanelets<'p>(
-        &mut self,
-        intersection: &Intersection,
-        area: PolygonId,
-        paths: impl Iterator<Item = &'p TurningLanelet>,
-    ) {
-        let (area, painted) = (area.0.to_string(), paint(intersection) != IntersectionPaint::None);
-        for path in paths {
-            if let Some(attributes) = self.assembly.attributes_mut(path.lanelet) {
-                attributes.set("turn_direction", direction(path).as_str());
-                attributes.set("intersection_area", &area);
-            }
-            for line in path.bounds.into_iter().filter(|_| painted) {
-                self.assembly.retag_line(line, unpainted());
-            }
-        }
     }
 
     /// The lanes over which vehicles approach on an arm, and bicycles where their lanes are roads; with the arm to which these
@@ -254,7 +231,7 @@ impl<'a> IntersectionAssembly<'a> {
             .map(|(lane, before)| Approach {
                 lane: self.context.lanes.lanes[before.lane].lanelet,
                 behind: from(lane, false).map(|path| path.lanelet).collect(),
-                arrow: arrows.then(|| one_way(from(lane, false).map(direction))).flatten(),
+                arrow: arrows.then(|| one_way(from(lane, false).map(turn_direction))).flatten(),
             })
             .collect();
         let mut arm = arm.clone();
@@ -282,15 +259,6 @@ impl<'a> IntersectionAssembly<'a> {
             let lanelets: Vec<LaneletId> = paths.iter().chain(bicycles).map(|path| path.lanelet).collect();
             announce_to(&mut self.assembly, crosswalk, lanelets.into_iter());
         }
-    }
-}
-
-/// The turn direction of a movement.
-fn direction(path: &TurningLanelet) -> TurnDirection {
-    match path.turn {
-        turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
-        turn if turn > 0.0 => TurnDirection::Left,
-        _ => TurnDirection::Right,
     }
 }
 

@@ -7,6 +7,7 @@ mod map_context;
 mod right_of_way;
 
 use crate::diagnostic::Finding;
+use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::settings::{BicycleLanes, Settings, Side};
 
@@ -15,7 +16,7 @@ use super::control::signal_arrows::SignalArrows;
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::lanes::side_lanes::side_lanes;
 use super::layout::map_layout::{IntersectionLanelets, Layout};
-use super::map::map_builder::MapPart;
+use super::map::map_builder::{MapBuilder, MapPart};
 use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
 use crossings::Crossings;
@@ -46,7 +47,7 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     let (guarded, unguarded) = mid_block_signals::guarded(network, &lines, &lanes, &turning);
     let lanes = split_before_stop_lines(&mut assembly, network, &lines, &turning, (&lit, &guarded), lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
-    let bicycles = side_lanes(&mut assembly, network, &lanes);
+    let bicycles = side_lanes(&mut assembly, network, &lanes, |assembly| turning_bounds(assembly, &turning));
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &turning);
     let unlit = mid_block_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
@@ -73,4 +74,13 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         whole.areas += usize::from(has_area);
     }
     whole
+}
+
+/// The bounds of all lanelets in intersections.
+fn turning_bounds(assembly: &MapBuilder, turning: &[Option<Box<IntersectionLanelets>>]) -> Vec<Vec<Point>> {
+    let bounds = |one: &IntersectionLanelets| {
+        let lines = one.drawn.paths.iter().flat_map(|path| path.bounds);
+        lines.map(|line| one.part.line_places(assembly, line)).collect::<Vec<_>>()
+    };
+    turning.iter().flatten().flat_map(|one| bounds(one)).collect()
 }

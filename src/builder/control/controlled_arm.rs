@@ -6,8 +6,9 @@ use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::Control;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::{Point, left_of};
-use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnDirection};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, Target, TurnDirection};
 
+use super::stop_line::{PAINTED_LINE, SIGN_LINE, stop_line};
 use super::vehicle_signals::{LightShape, add_light, light_element};
 
 /// Height of the lower edge of a sign above the road, metres.
@@ -18,11 +19,6 @@ const SIGN_SIZE: f64 = 0.6;
 pub const BEHIND: f64 = 1.0;
 /// The largest distance of lights from the stop line, metres: drivers must see them.
 const LIGHT_REACH: f64 = 50.0;
-
-/// The subtype of a stop line that no sign refers to: its paint.
-pub const PAINTED_LINE: &str = "solid";
-/// The subtype of the stop line of a sign: TIER IV's validator reads there, and Autoware in its type, what it is.
-const SIGN_LINE: &str = "stop_line";
 
 /// A lane that arrives at an intersection, and the lanelets behind its stop line.
 pub struct Approach {
@@ -111,9 +107,4 @@ impl ControlledArm<'_> {
         let attributes = Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]);
         assembly.line(key.word("sign line"), ends.to_vec(), attributes)
     }
-}
-
-/// Adds a stop line on the end nodes of a lane.
-pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2], subtype: &str) -> LineStringId {
-    assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", subtype)]))
 }

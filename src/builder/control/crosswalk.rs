@@ -9,8 +9,8 @@ use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
 
 /// A corner closer than this, metres, to a node of a cut is that node.
 const SAME: f64 = 0.01;
-/// So far, metres, a crosswalk reaches over the kerbs, as people draw it. On a road of one lane it would else lie in the lane and
-/// not across it, for TIER IV's validator the same as two lanes with borders of their own.
+/// A crosswalk reaches this far, metres, over the kerbs, as people draw it. Without this length a crosswalk over a single lane would
+/// lie inside the lane, and TIER IV's validator would report two lanes that do not share their borders.
 const OVER_KERB: f64 = 0.7;
 /// Lanelets that share at least this area, square metres, with a crosswalk cross it.
 const CROSSES: f64 = 0.1;

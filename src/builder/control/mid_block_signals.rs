@@ -21,7 +21,8 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::controlled_arm::{BEHIND, PAINTED_LINE, stop_line};
+use super::controlled_arm::BEHIND;
+use super::stop_line::{PAINTED_LINE, stop_line};
 use super::vehicle_signals::{LightShape, add_light, light_element};
 
 /// The least distance between the stop line and the crosswalk, metres.

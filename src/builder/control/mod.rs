@@ -6,6 +6,7 @@ pub mod mid_block_signals;
 pub mod pedestrian_signals;
 pub(crate) mod priority_road;
 pub mod signal_arrows;
+pub mod stop_line;
 pub mod stop_line_segments;
 pub mod vehicle_signals;
 pub mod walkway;

@@ -18,7 +18,7 @@ const BEHIND: f64 = 0.5;
 /// ... and beside the crosswalk, metres, on the right of people who face it.
 const BESIDE: f64 = 0.3;
 
-/// Adds the lights of a crosswalk that has some, and their regulatory element.
+/// Adds the lights of a crosswalk, if it has lights, and their regulatory element.
 pub fn pedestrian_signals(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, crosswalk: LaneletId) {
     if !has_lights(road, crossing) {
         return;

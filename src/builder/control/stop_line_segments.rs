@@ -147,7 +147,7 @@ fn before_crosswalk(road: &Road, pieces: &[RoadPiece], crossing: &SignalisedCros
     markings.filter(|(_, markings)| !markings.is_empty()).collect()
 }
 
-/// The markings of those of some edges of a road that have another one before a stop line.
+/// Those of `edges` whose marking changes before a stop line, each with its marking there.
 fn changed_markings(road: &Road, pieces: &[RoadPiece], edges: impl Iterator<Item = usize>) -> EdgeMarkings {
     let inverted = |edge: usize| Some((*pieces.first()?.borders.get(edge)?)?.inverted);
     edges.filter_map(|edge| Some((edge, before_stop(&road.section, edge, &road.tags, inverted(edge)?)?))).collect()

@@ -14,7 +14,8 @@ use crate::builder::tags::cross_section::{CrossSection, StripKind};
 use crate::builder::tags::marking::unpainted;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
-use crate::geometry::cross;
+use crate::geometry::{Point, Polyline, cross};
+use crate::lanelet::index::center_line;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::settings::BicycleLanes;
 
@@ -24,6 +25,11 @@ use super::turning_lanelets::{DrawnMovements, TurningLanelet, TurningTags, inter
 
 /// A turn up to this change of direction, degrees, leads around a corner; beyond, it leads back.
 const CORNER_MOST: f64 = 150.0;
+/// The width of a bicycle lanelet differs from a linear change between its ends by at most this part of its median: one that is
+/// squeezed by the lanelets beside it, or fills a gap between them, is no lane.
+const UNEVEN_MOST: f64 = 0.5;
+/// The distance between the places at which the width is measured, metres.
+const STEP: f64 = 1.0;
 
 /// The end of a bicycle lane at an intersection.
 #[derive(Clone, Debug)]
@@ -102,7 +108,7 @@ impl BicycleLaneEnds {
     }
 
     /// The movements between them: to every other arm over the lane that lies least sideways.
-    fn movements(
+    pub fn movements(
         &self,
         side: DrivingSide,
         restrictions: &ResolvedRestrictions,
@@ -126,25 +132,47 @@ impl BicycleLaneEnds {
         movements
     }
 
-    /// Adds the lanelets between them to those of an intersection for vehicles.
+    /// Adds the lanelets of these movements to those of an intersection for vehicles.
     pub fn draw(
         &self,
         assembly: &mut MapBuilder,
         network: &RoadNetwork,
-        restrictions: &ResolvedRestrictions,
         intersection: &Intersection,
-        turns: BicycleTurns,
+        movements: &[Movement],
         vehicles: &DrawnMovements,
     ) -> DrawnMovements {
         let mut drawn = DrawnMovements { bounds: vehicles.bounds.clone(), ..DrawnMovements::default() };
-        let movements = self.movements(network.side, restrictions, intersection, turns).into_iter();
         let ends: Vec<MovementEnds> =
-            movements.map(|m| (m, &self.into[m.in_lane].end, &self.out[m.out_lane].end)).collect();
+            movements.iter().map(|&m| (m, &self.into[m.in_lane].end, &self.out[m.out_lane].end)).collect();
         let key = intersection_key("cycle path", intersection);
         let centerlines = ends.iter().copied().zip(turn_centerlines(&ends)).collect();
         drawn.add(assembly, network.side, key, centerlines, &BicycleTags { network, intersection, ends: self });
         drawn
     }
+
+    /// The drawn movements whose lanelets do not keep their width.
+    pub fn uneven(&self, drawn: &DrawnMovements) -> Vec<Movement> {
+        let is_uneven = |movement: &Movement| {
+            let [from, to] = [&self.into[movement.in_lane].end, &self.out[movement.out_lane].end].map(|end| end.nodes);
+            let places = |side: usize| drawn.bounds.line(from[side], to[side]).map(|line| line.places(from[side]));
+            places(0).zip(places(1)).is_some_and(|(left, right)| !is_even([&left, &right]))
+        };
+        drawn.paths.iter().map(|path| path.movement).filter(is_uneven).collect()
+    }
+}
+
+/// Whether a lanelet between two bounds keeps the widths of its ends. It is true of a lanelet without length.
+fn is_even([left, right]: [&[Point]; 2]) -> bool {
+    let Some(center) = center_line(left, right) else { return true };
+    let places = center.resampled(STEP);
+    let lines = [left, right].map(|bound| Polyline::new(bound.iter().copied()));
+    let width = |place: &Point| lines.iter().flatten().map(|line| line.distance(*place)).sum::<f64>();
+    let widths: Vec<f64> = places.points().iter().map(width).collect();
+    let [Some(first), Some(last)] = [widths.first(), widths.last()] else { return true };
+    let mut sorted = widths.clone();
+    sorted.sort_by(f64::total_cmp);
+    let (most, pieces) = (UNEVEN_MOST * sorted[sorted.len() / 2], (widths.len() - 1).max(1) as f64);
+    widths.iter().zip(0..).all(|(width, i)| (width - first - (last - first) * f64::from(i) / pieces).abs() <= most)
 }
 
 /// The tags of turning lanelets for bicycles.

@@ -187,9 +187,9 @@ fn outer_lane(goals: &[Vec<usize>], target: usize, leftmost: bool) -> usize {
     }
 }
 
-/// A lane and one of its targets to give up, because another lane crosses its way there: first the target with the most lanes
-/// too many, then the one farthest from straight on, from the lane that crosses the most others. `None` if nothing crosses, or no
-/// lane and target have others.
+/// A lane and a target that it gives up, because its movement there crosses that of another lane. The target is the one with the
+/// most lanes too many, and among equal ones the one that is farthest from straight on; the lane is the one that crosses the most
+/// others. `None` if no movements cross, or if every lane and target that cross would be left without another.
 fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
     let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
     let excess = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());

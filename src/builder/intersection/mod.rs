@@ -1,6 +1,6 @@
 //! Room 9: movements through an intersection, their lanelets and its area.
 
-pub mod area;
+pub mod area_outline;
 pub mod bicycle_lanelets;
 pub mod conflict;
 pub(crate) mod lane_assignment;
@@ -9,5 +9,6 @@ pub mod movement_types;
 pub mod roundabout;
 pub(crate) mod shared_bounds;
 pub mod turn_centerline;
+pub mod turn_direction;
 pub mod turning_lanelets;
 pub mod undrivable;

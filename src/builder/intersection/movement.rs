@@ -16,7 +16,7 @@ use super::turn_centerline::common_ground;
 /// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
 
-/// A U-turn runs into a way from the lane beside its own if they share more than this, square metres.
+/// A U-turn runs into a movement from the lane beside it if they share more ground than this, square metres.
 const RUNS_INTO: f64 = 0.2;
 
 /// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
@@ -37,8 +37,8 @@ pub fn movements(
     let mut u_turns = remove_u_turns(side, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
     let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
-    // Where all arrows lead past an arm, those of its straightest approach belong to another place: lanes are marked long
-    // before they part.
+    // If no arrow leads to an arm, the arrows of the approach that leads to it most directly belong to another intersection: lanes
+    // are marked long before they diverge. They are ignored.
     let missed = (0..arms.len()).filter(|to| all.iter().all(|m| m.to != *to));
     let missed: Vec<usize> = missed.filter_map(|to| straightest_approach(&targets, to)).collect();
     if !missed.is_empty() {
@@ -46,7 +46,8 @@ pub fn movements(
         all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     }
     u_turns.retain(|turn| has_room_beside(&arms, &all, turn));
-    all.extend(u_turns);
+    let tighter = u_turns.iter().filter_map(|turn| tighter_u_turn(side, &arms, &all, turn)).collect::<Vec<_>>();
+    all.extend(u_turns.into_iter().chain(tighter));
     all.sort_unstable();
     all.dedup();
     let pairs = (0..arms.len()).flat_map(|from| (0..arms.len()).map(move |to| (from, to)));
@@ -55,8 +56,8 @@ pub fn movements(
     Movements { all, prohibited }
 }
 
-/// The movements without those for which there is no room, where that leaves lanes out to which no other leads: movements beside
-/// them fan out instead. `None` where it leaves no such lane, or no movement can fan out.
+/// The movements without those for which there is no room. A lane to which no movement is left is reached by a movement beside it,
+/// which fans out. `None` if all lanes are reached without that, or if no movement can fan out.
 pub fn movements_instead(
     lanes: &Lanes,
     intersection: &Intersection,
@@ -104,8 +105,8 @@ fn straightest_approach(targets: &[Vec<TurnTarget>], to: usize) -> Option<usize>
     turns.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, from)| from)
 }
 
-/// Removes the targets of U-turns, of hairpins without room, and of turns around a loop once more, unless an arrow leads there, there is no other target, or no
-/// other arm leads there. Gives the U-turns for which a median leaves room.
+/// Removes the targets of U-turns, of hairpins without room, and of turns that lead around a loop again. A target stays if an arrow
+/// leads there, if there is no other target, or if no other arm leads there. Gives the U-turns for which a median leaves room.
 fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
     let mut u_turns = Vec::new();
     let closed = |from: usize, target: &TurnTarget| {
@@ -128,13 +129,13 @@ fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarge
     u_turns
 }
 
-/// Whether the way to an arm is a hairpin for which no pair of lanes leaves room.
+/// Whether the movement to an arm is a hairpin for which no pair of lanes leaves room.
 fn is_tight_hairpin(arm: &Arm, target: &TurnTarget) -> bool {
     let mut pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
     target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| is_gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
 }
 
-/// Whether the way to an arm leads once more around a loop on which people drive both ways: whoever is on it can go back.
+/// Whether the movement to an arm leads around a two-way loop again. Vehicles on such a loop can also go back.
 fn is_around_again(arm: &Arm, target: &TurnTarget) -> bool {
     arm.at.road == target.arm.at.road && !arm.out.is_empty() && !target.arm.into.is_empty()
 }
@@ -159,13 +160,22 @@ fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Opt
         across > 0.0 && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
     };
     let (out_lane, _) = driven(&target.arm.out).into_iter().find(|(_, out)| room(out))?;
-    // Where arrows tell of every lane, one that may turn back has an arrow for it.
+    // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that.
     let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
     let free = !told && (into.arrows.is_none() || into.arrows.has(turns));
     (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
 }
 
-/// Whether a U-turn keeps clear of the ways from the lanes beside its own.
+/// The same U-turn to the lane beside it at the median, if no movement leads to that lane: such a U-turn may be as tight as a hairpin.
+fn tighter_u_turn(side: DrivingSide, arms: &[&Arm], all: &[Movement], turn: &Movement) -> Option<Movement> {
+    let out_lane = if side == DrivingSide::Right { turn.out_lane.checked_sub(1)? } else { turn.out_lane + 1 };
+    let (into, out) = (arms[turn.from].into.get(turn.in_lane)?, arms[turn.to].out.get(out_lane)?);
+    let is_reached = all.iter().any(|other| (other.to, other.out_lane) == (turn.to, out_lane));
+    let fits = out.kind == StripKind::Drive && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_HAIRPIN);
+    (fits && !is_reached).then_some(Movement { out_lane, ..*turn })
+}
+
+/// Whether a U-turn keeps clear of the movements from the lanes beside it.
 fn has_room_beside(arms: &[&Arm], all: &[Movement], turn: &Movement) -> bool {
     let ends = |m: &Movement| (*m, &arms[m.from].into[m.in_lane], &arms[m.to].out[m.out_lane]);
     let beside = |m: &&Movement| m.from == turn.from && m.in_lane.abs_diff(turn.in_lane) == 1;

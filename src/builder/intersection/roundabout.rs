@@ -1,4 +1,5 @@
-//! Centre lines around the island of a roundabout, where consolidation took pieces of its ring into an intersection.
+//! Centre lines around the island of a roundabout, where consolidation took pieces of its ring into an intersection. Other pieces
+//! of a ring are roads, and get their lanelets in `lanes::road_lanes`.
 
 use crate::builder::network::{InnerRoad, Intersection};
 use crate::builder::tags::cross_section::Travel;

@@ -222,7 +222,7 @@ impl TurnCenterlines<'_> {
         once.map(|(m, k)| self.overlap(m, k)).sum()
     }
 
-    /// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
+    /// Chooses the shapes of two bundles with which they and their neighbours overlap least; the first of several equal ones.
     fn choose(&mut self, bundles: &[Vec<usize>; 2]) {
         let [shapes_a, shapes_b] = bundles.each_ref().map(|bundle| self.shapes(bundle));
         let mut order: Vec<[usize; 2]> = shapes_a.iter().flat_map(|&a| shapes_b.iter().map(move |&b| [a, b])).collect();

@@ -1,8 +1,8 @@
-//! Turning lanelets that no car can drive as they are drawn, though its lanes have other ways on.
+//! Turning lanelets that no car can drive, and that can be left out because their lanes have other movements.
 //!
-//! An intersection that was merged of several can have two lanes that no smooth curve joins: it would begin with a corner, swing out
-//! far beyond the intersection, or run across the way from the lane beside it. Where other movements lead on from the first lane and
-//! others to the second, nobody needs it.
+//! An intersection that was merged from several can have two lanes that no smooth curve joins: the curve would begin with a corner,
+//! swing out far beyond the intersection, or run across the movement from the lane beside it. If other movements leave the first lane
+//! and others reach the second, this movement is not needed.
 
 use crate::builder::tags::cross_section::StripKind;
 use crate::geometry::{Point, polygon};

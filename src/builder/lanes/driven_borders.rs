@@ -1,4 +1,4 @@
-//! The borders of the lanes for vehicles, found by place. No shoulder is drawn along a border of another road.
+//! The borders of the lanes for vehicles, found by place. No shoulder is drawn along such a border of another road.
 
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::RoadIx;
@@ -17,23 +17,25 @@ const STEP: f64 = 1.0;
 /// The side of the cells by which borders are found, metres.
 const CELL: f64 = 50.0;
 
-/// The borders of all lanes for vehicles.
+/// The borders of all lanes for vehicles, each with its road; those of lanelets in intersections have none.
 pub struct DrivenBorders {
-    borders: Vec<(RoadIx, Polyline)>,
+    borders: Vec<(Option<RoadIx>, Polyline)>,
     cells: SpatialHash,
 }
 
 impl DrivenBorders {
-    /// Collects the borders of all lanes.
-    pub fn new(assembly: &MapBuilder, lanes: &Lanes) -> Self {
-        let borders = lanes.lanes.iter().flat_map(|lane| [lane.left, lane.right].map(|bound| (lane.road, bound)));
-        let placed = borders.filter_map(|(road, bound)| Some((road, Polyline::new(assembly.bound_line(bound))?)));
-        let borders: Vec<(RoadIx, Polyline)> = placed.collect();
+    /// Collects the borders of all lanes, and the bounds of the lanelets in intersections.
+    pub fn new(assembly: &MapBuilder, lanes: &Lanes, turning: Vec<Vec<Point>>) -> Self {
+        let of_roads = lanes.lanes.iter().flat_map(|lane| [lane.left, lane.right].map(|bound| (lane.road, bound)));
+        let of_roads = of_roads.map(|(road, bound)| (Some(road), assembly.bound_line(bound)));
+        let all = of_roads.chain(turning.into_iter().map(|bound| (None, bound)));
+        let borders: Vec<_> = all.filter_map(|(road, line)| Some((road, Polyline::new(line)?))).collect();
         let cells = SpatialHash::new(borders.iter().map(|(_, line)| extent(line.points())).collect(), CELL);
         Self { borders, cells }
     }
 
-    /// Whether a line at the side of a road runs along the border of a lane of another road, because the two roads overlap.
+    /// Whether a line at the side of a road runs along the border of a lane of another road, or of a lanelet in an intersection, because
+    /// the two overlap.
     pub fn run_along(&self, road: RoadIx, line: &[Point]) -> bool {
         let Some(line) = Polyline::new(line.iter().copied()) else { return false };
         let ([low, high], margin) = (extent(line.points()), Vector::repeat(APART));
@@ -41,7 +43,7 @@ impl DrivenBorders {
         let mut found = false;
         self.cells.touching(around, |i| {
             let (other, border) = &self.borders[i];
-            found = found || *other != road && are_one_line(&line, border);
+            found = found || *other != Some(road) && are_one_line(&line, border);
         });
         found
     }

@@ -116,7 +116,7 @@ struct CutPlan<'a> {
     /// Where the outline cuts the road.
     least: Stations,
     setbacks: [f64; 2],
-    /// What of them is for more than the room of turns.
+    /// The part of each setback that has another reason than the room of turns.
     firm: [f64; 2],
     comfort: [f64; 2],
     /// Depths of the mapped stop lines.
@@ -303,9 +303,9 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
-/// Moves cuts out of tight bends and away from their begin, where the lanes on the inside change direction at the cut: to the
-/// nearest place behind which the road goes on straight. That is up the road, so that the bend becomes a part of the turn, or
-/// back toward the least cuts, as far as setbacks allow that are for more than the room of turns.
+/// Moves each cut that lies in a tight bend, or where one begins, to the nearest place behind which the road goes on straight:
+/// in a bend the lanes on the inside would change direction at the cut. A cut moves up the road, so that the bend becomes a part of the
+/// turn, or back toward the least cut, as far as the `firm` part of its setback allows.
 fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
     const STRAIGHT: f64 = 1.5;

@@ -62,7 +62,7 @@ pub(super) struct SetbackDemand {
     /// Where its outlines cut it.
     pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],
-    /// What of them keeps the cuts behind lanelets that run over the road.
+    /// The part of each setback that keeps the cut behind lanelets that run over the road.
     pub(super) firm: [f64; 2],
     /// The larger setbacks that it has if it is long enough.
     pub(super) comfort: [f64; 2],

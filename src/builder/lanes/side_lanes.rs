@@ -12,6 +12,7 @@ use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::{Road, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::{StripKind, Travel};
 use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
+use crate::geometry::Point;
 use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
@@ -25,8 +26,13 @@ const CYCLING: &str = "20";
 /// Speed limit of shoulders and pedestrian lanes, km/h.
 const CRAWLING: &str = "10";
 
-/// Adds the side lanes of all roads; gives those for bicycles.
-pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
+/// Adds the side lanes of all roads; gives those for bicycles. `turning` gives the bounds of the lanelets in intersections.
+pub fn side_lanes(
+    assembly: &mut MapBuilder,
+    network: &RoadNetwork,
+    lanes: &Lanes,
+    turning: impl Fn(&MapBuilder) -> Vec<Vec<Point>>,
+) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
     // Most maps have no shoulders.
     let driven: OnceCell<DrivenBorders> = OnceCell::new();
@@ -34,7 +40,7 @@ pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lane
         let runs = strip_runs(&road.section);
         for run in runs.iter().filter(|run| is_drawn(road, run, &network.beside)) {
             for piece in lanes.pieces_of(RoadIx::new(i)) {
-                let others = || driven.get_or_init(|| DrivenBorders::new(assembly, lanes));
+                let others = || driven.get_or_init(|| DrivenBorders::new(assembly, lanes, turning(assembly)));
                 if run.used == StripUse::Shoulder && is_on_other_road(assembly, RoadIx::new(i), piece, run, others()) {
                     continue;
                 }

@@ -27,8 +27,8 @@ use super::map_layout::Layout;
 use super::roads_inside::{ends_without_turns, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out};
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
-/// The largest number of rounds. No layout needs as many: each round cuts more off roads, merges some or leaves some out, so the loop
-/// ends by itself.
+/// The largest number of rounds. No layout needs that number: each round cuts more off roads, merges some or leaves some out, so the
+/// loop ends by itself.
 const ROUNDS: usize = 200;
 /// Stop lines that get into the way of a lanelet are ignored at its intersection, and then in each round one short road farther away,
 /// up to this number of roads.

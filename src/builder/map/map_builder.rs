@@ -55,6 +55,13 @@ impl MapPart {
         self.map.shrink();
         self
     }
+
+    /// The places of a line of this part, which may run over points of the map below; none if the part has no such line.
+    pub fn line_places(&self, below: &MapBuilder, line: LineStringId) -> Vec<PlanePoint> {
+        let points = self.map.linestrings.get(line).map(|line| &line.points[..]).unwrap_or_default();
+        let place = |id: &PointId| Some(self.map.points.get(*id).or_else(|| below.point_of(*id))?.position);
+        points.iter().filter_map(place).collect()
+    }
 }
 
 impl<'a> MapBuilder<'a> {
@@ -244,7 +251,7 @@ impl<'a> MapBuilder<'a> {
         id
     }
 
-    /// Adds a line whose id fits 31 bits: tools read the tags that name it into as many.
+    /// Adds a line whose id fits 31 bits, because tools read the tags that name it into 31 bits.
     pub fn named_line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.polygon_id(key).0);
         self.put(|part| &mut part.map.linestrings, LineString { id, points, attributes, span: None });

@@ -2,7 +2,7 @@
 
 use crate::osm::Tags;
 
-/// Most lanes of a road in one direction.
+/// The largest number of lanes of a road in one direction.
 const MOST: usize = 24;
 
 /// The lanes that lead to each other (from, to), each counted from 1 on the left: `connectivity=1:1|2:2,3`, or the older `from=1`

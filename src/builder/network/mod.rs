@@ -21,7 +21,7 @@ pub mod road_end;
 mod self_crossings;
 mod short_dead_ends;
 mod signal_assignment;
-mod stop_lines;
+mod stop_line_assignment;
 #[cfg(test)]
 mod tests;
 pub mod turn_angle;
@@ -387,7 +387,8 @@ impl RoadNetwork {
         self.road(arm.road).intersection(arm.end)
     }
 
-    /// The roads up to so many roads away from an intersection, 1 for its own; only roads of at most `short` metres lead farther.
+    /// The roads that are at most `roads` roads away from an intersection; its own are 1 away. The search does not go on over roads
+    /// longer than `short`, metres.
     pub fn roads_around(&self, at: IntersectionIx, roads: usize, short: f64) -> BTreeSet<RoadIx> {
         let (mut around, mut rim, mut seen) = (BTreeSet::new(), vec![at], BTreeSet::from([at]));
         for _ in 0..roads {

@@ -23,7 +23,7 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, private_ground, signal_assignment, stop_lines, turning_loops,
+    islands, private_ground, signal_assignment, stop_line_assignment, turning_loops,
 };
 
 use rayon::prelude::*;
@@ -127,7 +127,7 @@ pub fn road_network(
         road
     });
     let mut roads: Vec<Road> = roads.collect();
-    stop_lines::assign(osm, to_metres, &mut roads);
+    stop_line_assignment::assign(osm, to_metres, &mut roads);
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };

@@ -7,8 +7,8 @@ use crate::osm::OsmData;
 use super::road_end::{from_cut, other_end};
 use super::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadNetwork};
 
-/// Lights and signs stand at most so far before the intersection that they control, metres along the road: room for a stop
-/// line, a crosswalk and a bicycle box.
+/// The largest distance of a light or sign before the intersection that it controls, metres along the road: room for a stop line, a
+/// crosswalk and a bicycle box.
 const REACH: f64 = 30.0;
 
 /// Gives signs without a direction the travel toward the intersection beside them, and sets the control of the intersections.

@@ -1,4 +1,4 @@
-//! Small networks: cutting, ends, features, restrictions.
+//! Small networks: how ways are cut, where roads end, which lanes they have.
 
 use crate::builder::tags::cross_section::{StripKind, Travel};
 use crate::builder::tags::driving_side::Country;
@@ -6,10 +6,12 @@ use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat};
 use crate::settings::Settings;
 
-use super::hand_drawn::{SCALE, osm as data, plane, restrict};
+use super::hand_drawn::{SCALE, osm as data, plane};
 use super::*;
 
 mod barriers;
+mod features;
+mod restrictions;
 mod unreachable_lanes;
 
 fn try_build(osm: &OsmData) -> Result<NetworkReading, NetworkError> {
@@ -171,185 +173,6 @@ fn lines_are_simplified_and_moved() {
     let built = build(&data(&nodes, &[(10, &[1, 3], "sidewalk=right")]));
     let road = &built.network.roads[0];
     assert!((road.line.first().y + 0.75).abs() < 1e-9, "{:?}", road.line);
-}
-
-#[test]
-fn features_stand_where_their_nodes_are() {
-    let mut nodes = CROSS.to_vec();
-    nodes.push((6, -20.0, 0.0, "highway=traffic_signals traffic_signals:direction=forward"));
-    nodes.push((7, -40.0, 0.0, "highway=crossing crossing=zebra"));
-    nodes.push((8, 20.0, 0.0, "highway=give_way"));
-    nodes.push((9, 30.0, 0.0, ""));
-    nodes.push((90, 30.0, 9.0, ""));
-    let ways: [(i64, &[i64], &str); 3] = [
-        (10, &[1, 7, 6, 5, 8, 9, 3], ""),
-        (20, &[2, 5, 4], "highway=secondary"),
-        (30, &[9, 90], "highway=footway footway=crossing crossing:markings=lines crossing:signals=yes"),
-    ];
-    let built = build(&data(&nodes, &ways));
-    let features = |way, first| {
-        let road = built.network.roads.iter().find(|r| r.key.way == way && r.key.first == first).unwrap();
-        road.features.iter().map(|f| (f.node, f.station.round(), f.kind)).collect::<Vec<_>>()
-    };
-    let zebra = FeatureKind::Crossing { signals: false, marked: true };
-    let lights = FeatureKind::Crossing { signals: true, marked: true };
-    assert_eq!(features(10, 1), {
-        let forward = Travel::Forward;
-        [(7, 60.0, zebra), (6, 80.0, FeatureKind::StopLine(forward)), (6, 80.0, FeatureKind::Signals(forward))]
-    });
-    let give_way = FeatureKind::GiveWay(Travel::Backward);
-    assert_eq!(features(10, 5), [(8, 20.0, give_way), (9, 30.0, lights)], "the sign faces the crossing");
-    assert!(at(&built, 5).signals, "lights stand before it");
-    assert!(!at(&built, 1).signals && !at(&built, 3).signals);
-}
-
-#[test]
-fn a_crossing_on_a_junction_crosses_the_road_that_the_footway_runs_past() {
-    let crossed = |footway: &[i64]| {
-        let mut nodes = CROSS.to_vec();
-        nodes[4].3 = "highway=crossing crossing=marked";
-        nodes.extend([(6, -20.0, -5.0, ""), (7, 20.0, -5.0, ""), (8, -20.0, 5.0, "")]);
-        let built = build(&data(&nodes, &[(10, &[1, 5, 3], ""), (20, &[4, 5], ""), (30, footway, "highway=footway")]));
-        let roads = built.network.roads.iter().filter(|r| !r.features.is_empty());
-        let crossed: Vec<(i64, i64)> = roads.map(|r| (r.key.first, r.key.last)).collect();
-        (crossed, slugs(&built))
-    };
-    assert_eq!(crossed(&[6, 5, 7]), (vec![(4, 5)], vec![]), "it runs along way 10 and crosses way 20");
-    assert_eq!(crossed(&[6, 5, 8]), (vec![(1, 5)], vec![]));
-    assert_eq!(crossed(&[6, 5]), (vec![], vec!["crossing-ambiguous"]));
-}
-
-#[test]
-fn lights_belong_to_the_intersection_they_face() {
-    let signals = |text: &str, x: f64, tags: &str| {
-        let mut nodes = CROSS.to_vec();
-        nodes.push((6, x, 0.0, text));
-        at(&build(&data(&nodes, &[(10, &[1, 6, 5, 3], tags), (20, &[2, 5, 4], "")])), 5).signals
-    };
-    let (ahead, away) = ("highway=traffic_signals direction=forward", "highway=traffic_signals direction=backward");
-    assert!(signals(ahead, -20.0, ""));
-    assert!(!signals(away, -20.0, ""));
-    assert!(!signals(ahead, -40.0, ""), "too far");
-    assert!(signals("highway=traffic_signals", -20.0, ""));
-    assert!(signals("highway=traffic_signals", -20.0, "oneway=yes"));
-    assert!(!signals("highway=traffic_signals", -20.0, "oneway=-1"), "traffic leaves there");
-}
-
-#[test]
-fn lights_beyond_a_change_of_tags_count() {
-    let mut nodes = CROSS.to_vec();
-    nodes.extend([(6, -25.0, 0.0, "highway=traffic_signals"), (7, -10.0, 0.0, "")]);
-    let built = build(&data(&nodes, &[(10, &[1, 6, 7], ""), (11, &[7, 5, 3], "lanes=3"), (20, &[2, 5, 4], "")]));
-    assert!(at(&built, 5).signals);
-}
-
-#[test]
-fn stops_on_every_arm_are_an_all_way_stop() {
-    let stops = |count: usize| {
-        let places = [(61, -9.0, 0.0), (62, 0.0, 9.0), (63, 9.0, 0.0), (64, 0.0, -9.0)];
-        let mut nodes = CROSS.to_vec();
-        let sign = |i| if i < count { "highway=stop" } else { "" };
-        nodes.extend(places.iter().enumerate().map(|(i, (id, x, y))| (*id, *x, *y, sign(i))));
-        at(&build(&data(&nodes, &[(10, &[1, 61, 5, 63, 3], ""), (20, &[2, 62, 5, 64, 4], "")])), 5).all_way_stop
-    };
-    assert!(stops(4));
-    assert!(!stops(3));
-    let sign_on_one = |text: &'static str| {
-        let mut nodes = CROSS.to_vec();
-        nodes.push((61, -9.0, 0.0, text));
-        at(&build(&data(&nodes, &[(10, &[1, 61, 5, 3], ""), (20, &[2, 5, 4], "")])), 5).all_way_stop
-    };
-    assert!(sign_on_one("highway=stop stop=all"), "one sign counts for all");
-    assert!(!sign_on_one("highway=stop stop=minor") && !sign_on_one("highway=stop"));
-    assert!(!sign_on_one("highway=stop stop=all direction=backward"), "it faces away");
-    let on_node = |text: &'static str, class: &str| {
-        let mut nodes = CROSS.to_vec();
-        nodes[4].3 = text;
-        build(&data(&nodes, &[(10, &[1, 5, 3], class), (20, &[2, 5, 4], "")]))
-    };
-    assert!(at(&on_node("highway=stop stop=all", ""), 5).all_way_stop);
-    let minor = on_node("highway=stop", "highway=primary");
-    assert!(!at(&minor, 5).all_way_stop);
-    let signed: Vec<i64> = minor.network.roads.iter().filter(|r| !r.features.is_empty()).map(|r| r.key.way).collect();
-    assert_eq!(signed, [20, 20], "the lower class stops");
-    let equal = on_node("highway=stop", "");
-    assert!(!at(&equal, 5).all_way_stop);
-    assert_eq!(slugs(&equal), ["sign-ambiguous"]);
-}
-
-/// The restrictions as (from way, via ways, to way, only).
-fn turns(network: &NetworkReading) -> Vec<(i64, Vec<i64>, i64, bool)> {
-    let way = |ix: RoadIx| network.network.road(ix).key.way;
-    let turn =
-        |r: &TurnRestriction| (way(r.from.road), r.via.iter().map(|ix| way(*ix)).collect(), way(r.to.road), r.only);
-    network.network.restrictions.iter().map(turn).collect()
-}
-
-#[test]
-fn restrictions_over_a_node() {
-    let read = |text: &str, members: &[(&str, char, i64)]| {
-        let mut osm = data(&CROSS, &[(10, &[1, 5], ""), (11, &[5, 3], ""), (20, &[2, 5, 4], "")]);
-        restrict(&mut osm, 1, text, members);
-        build(&osm)
-    };
-    let plain = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 11)];
-    let built = read("restriction=no_straight_on", &plain);
-    assert_eq!(turns(&built), [(10, vec![], 11, false)]);
-    assert_eq!(built.network.restrictions[0].from.end, End::End);
-    assert_eq!(built.network.restrictions[0].to.end, End::Start);
-    assert_eq!(turns(&read("restriction=only_straight_on", &plain)), [(10, vec![], 11, true)]);
-    assert_eq!(turns(&read("restriction:motorcar=no_straight_on", &plain)).len(), 1);
-    // Way 20 passes through: only the turn whose angle fits the value counts.
-    let passing = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 20)];
-    let built = read("restriction=no_left_turn", &passing);
-    assert_eq!(turns(&built), [(10, vec![], 20, false)]);
-    assert_eq!(built.network.road(built.network.restrictions[0].to.road).key.first, 2, "north is left");
-    let u_turn = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 10)];
-    assert_eq!(turns(&read("restriction=no_u_turn", &u_turn)), [(10, vec![], 10, false)]);
-    let entry = [("from", 'w', 10), ("from", 'w', 20), ("via", 'n', 5), ("to", 'w', 11)];
-    assert_eq!(turns(&read("restriction=no_entry", &entry)).len(), 3);
-    for (text, members) in [
-        ("restriction=no_left_turn except=motorcar;bus", &plain[..]),
-        ("restriction:conditional=no_left_turn", &plain[..]),
-        ("restriction:hgv=no_left_turn", &plain[..]),
-        ("restriction=whatever", &plain[..]),
-        ("restriction=no_left_turn", &[("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 99)][..]),
-        ("restriction=no_left_turn", &[("from", 'w', 10), ("via", 'n', 99), ("to", 'w', 11)][..]),
-        ("restriction=no_left_turn", &[("from", 'w', 10), ("to", 'w', 11)][..]),
-        ("restriction=no_left_turn", &[][..]),
-    ] {
-        let built = read(text, members);
-        assert_eq!(turns(&built), [], "{text}");
-        assert_eq!(slugs(&built), ["restriction-skipped"], "{text}");
-    }
-}
-
-#[test]
-fn restrictions_over_ways() {
-    // Two one-ways joined by a short link that another road cuts in two: no U-turn over it.
-    let nodes = [
-        (1, -50.0, 0.0, ""),
-        (2, 0.0, 0.0, ""),
-        (3, 50.0, 0.0, ""),
-        (4, 0.0, 10.0, ""),
-        (5, 0.0, 20.0, ""),
-        (6, -50.0, 20.0, ""),
-        (7, 50.0, 20.0, ""),
-        (8, 40.0, 10.0, ""),
-    ];
-    let mut osm = data(
-        &nodes,
-        &[(10, &[1, 2, 3], "oneway=yes"), (20, &[7, 5, 6], "oneway=yes"), (30, &[2, 4, 5], ""), (40, &[4, 8], "")],
-    );
-    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
-    let built = build(&osm);
-    assert_eq!(turns(&built), [(10, vec![30, 30], 20, false)]);
-    let r = &built.network.restrictions[0];
-    assert_eq!((built.network.road(r.from.road).key.first, r.from.end), (1, End::End));
-    assert_eq!((built.network.road(r.to.road).key.last, r.to.end), (6, End::Start));
-    let mut osm = data(&nodes, &[(10, &[1, 2, 3], ""), (20, &[7, 5, 6], ""), (30, &[4, 8], "")]);
-    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
-    assert_eq!(slugs(&build(&osm)), ["restriction-skipped"]);
 }
 
 #[test]

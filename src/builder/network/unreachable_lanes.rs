@@ -17,11 +17,11 @@ use super::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNet
 const LONGEST_CHAIN: f64 = 300.0;
 /// Distance from the intersection at which the direction of a road is taken, metres.
 const LOOK: f64 = 10.0;
-/// Roads that lie at least so far beside each other, metres, leave room for a turn back from one to the other.
+/// The least distance between two roads side by side, metres, at which a vehicle can turn back from one to the other.
 const ROOM_TO_TURN: f64 = 9.0;
 /// A road that nobody turns into ends this far, metres, behind its cut ...
 const SETBACK: f64 = 2.0;
-/// ... if so much of it is left, metres.
+/// ... if this length of it is left, metres.
 const LEAST_LEFT: f64 = 6.0;
 
 /// The network without directions of single tracks that lead nowhere, and with roads ended where no turn leads into them or out

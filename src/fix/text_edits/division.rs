@@ -20,8 +20,8 @@ type Vertices = BTreeMap<i64, Vec<i64>>;
 type Parts = BTreeMap<i64, Vec<i64>>;
 
 impl TextEdits<'_> {
-    /// What a division needs for itself: the ways, those that lie along a segment with a new vertex, the lanelets, and their names in
-    /// other relations.
+    /// The elements that a division changes: the ways, those along a segment that gets a new vertex, the lanelets, and the
+    /// relations that refer to these.
     pub(super) fn claim_division(&self, division: &Division, claim: &mut Claim) {
         for cut in &division.lanelets {
             let (kind, id) = (ElementKind::Relation, cut.lanelet);
@@ -38,7 +38,8 @@ impl TextEdits<'_> {
         claim.whole.dedup();
     }
 
-    /// Makes it; `None` where something else than these lanelets refers to one of the ways, or a part would have no length.
+    /// Cuts the ways and lanelets; `None` if anything but these lanelets refers to one of the ways, or if a part would have no
+    /// length.
     pub(super) fn divide(&mut self, division: &Division) -> Option<()> {
         let lanelets: BTreeSet<i64> = division.lanelets.iter().map(|cut| cut.lanelet).collect();
         let is_cut = |(kind, id)| kind == ElementKind::Relation && lanelets.contains(&id);
@@ -76,7 +77,7 @@ impl TextEdits<'_> {
         Some(parts)
     }
 
-    /// A new node on a segment, as a vertex of all ways along it; one that was made there already, where ways lie on each other.
+    /// A new node on a segment, as a vertex of all ways along the segment. If ways lie on each other, the node may exist already.
     fn node_on(
         &mut self,
         segment: [i64; 2],
@@ -84,7 +85,7 @@ impl TextEdits<'_> {
         made: &mut FxHashMap<([i64; 2], usize), i64>,
         vertices: &mut Vertices,
     ) -> Option<i64> {
-        /// Places are the same where they differ by less than one of so many parts of a segment.
+        /// Two places are the same if they differ by less than a segment divided by this number.
         const PARTS: f64 = 1000.0;
         let [from, to] = segment;
         let (ends, along) = if from < to { (segment, share) } else { ([to, from], 1.0 - share) };
@@ -186,7 +187,7 @@ impl TextEdits<'_> {
         Some(id)
     }
 
-    /// Cuts a lanelet into so many pieces; its ways are cut.
+    /// Cuts a lanelet, whose ways are cut already, into this number of pieces.
     fn cut_lanelet(&mut self, cut: &LaneletCut, count: usize, parts: &Parts) -> Option<()> {
         let key = (ElementKind::Relation, cut.lanelet);
         let whole = self.element_of(key)?.clone();

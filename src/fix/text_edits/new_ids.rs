@@ -1,5 +1,5 @@
-//! New ids. A fix that is made again together with others gets the same ids as before, so that the effects of the others can be
-//! told apart.
+//! New ids. A fix that is applied again together with others gets the same ids as before, so that the effects of the others can
+//! be found by comparison.
 
 use super::TextEdits;
 use super::ids::IdRange;

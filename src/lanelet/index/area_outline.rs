@@ -23,7 +23,7 @@ const ON_EDGE: f64 = 0.05;
 /// An outline that folds back within this angle (deg) has a spike.
 const SPIKE: f64 = 1.0;
 
-/// An outline that takes in more lanes each time it is drawn anew is given up after so many rounds.
+/// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
 /// Draws outlines; holds the nodes of all road borders by place.

@@ -1,4 +1,4 @@
-//! The map as Lanelet2 sees it: every lanelet that loads, in the plane, without the doubts of our index.
+//! The map as Lanelet2 sees it: every lanelet that loads, in the plane, also those that the index leaves out.
 
 use geo::Coord;
 use geo::coordinate_position::{CoordPos, CoordinatePosition};

@@ -32,7 +32,7 @@ fn wrong_side(map: &MapIndex) -> Vec<Finding> {
         }
         let way = lane.bounds[outer];
         let other = *users.entry(way).or_insert(at);
-        // From the same point they run side by side, or one lies on the other.
+        // If both start at the same point, they run side by side, or one lies on the other.
         if map.lanes[other].start.ids[outer] == lane.end.ids[outer] && other != at {
             pairs.push((other, at, way));
         }

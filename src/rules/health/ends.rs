@@ -79,8 +79,8 @@ fn goes_on(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
     near.into_iter().any(|other| other != at && map.lanes[other].vehicle && map.lanes[other].outline.iter().any(ahead))
 }
 
-/// Whether a lane starts close to where this one ends, or the other way round: people turn there, or the road ends. Where all
-/// those only pass by, and the lane itself resumes farther on, nobody turns: a piece is missing.
+/// Whether a lane starts close to where this one ends, or the other way round: vehicles turn there, or the road ends. If all such
+/// lanes only pass by, and the lane continues farther on, nobody turns: a piece is missing.
 fn turns(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
     let place = if end { map.lanes[at].end.middle() } else { map.lanes[at].start.middle() };
     let reach = Vector::repeat(params.turning_place);

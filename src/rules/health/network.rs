@@ -14,8 +14,8 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
     findings
 }
 
-/// The shortest way from a lane's end back to its start, if it is shorter than any vehicle can turn. It is told of the
-/// first lane on it.
+/// The shortest way from the end of a lane back to its start, if no vehicle can turn on a ring that short. The finding is about
+/// the first lane on it.
 fn ring(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     if !map.lanes[at].vehicle {
         return None;
@@ -82,7 +82,7 @@ fn islands(map: &MapIndex) -> Vec<Finding> {
     if largest < NET {
         return Vec::new();
     }
-    // Two halves of one size tell nothing about which of them is out of place.
+    // If both halves have one size, it is unknown which of them is out of place.
     let main = parts.iter().position(|members| members.len() == largest);
     let others = parts.iter().enumerate().filter(|(at, _)| Some(*at) != main).map(|(_, members)| members);
     let finding = |members: &Vec<usize>| {

@@ -85,7 +85,7 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
     issues
 }
 
-/// `turn_signal_distance_overlap`: back along the lanes, an opposite turn of which even the far end is near enough.
+/// `turn_signal_distance_overlap`: searches back along the lanes for an opposite turn whose far end is near enough.
 pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
     let graph = Graph::new(view, Rules::Car);
     let mut lengths: FxHashMap<usize, f64> = FxHashMap::default();
@@ -104,7 +104,7 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
             graph.previous(here).into_iter().map(|before| (before, behind + length(before))).collect()
         };
         let mut open = VecDeque::from(before(at, 0.0));
-        // A lanelet counts once, with the length of the way of the fewest lanelets that leads to it.
+        // A lanelet counts once, with the length of the way there over the fewest lanelets.
         let mut visited = FxHashSet::default();
         while let Some((here, length)) = open.pop_front() {
             if length > limit || !visited.insert(here) {
@@ -126,7 +126,8 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
     issues
 }
 
-/// `local_coordinates_declaration`: once a point has local coordinates, all have both, but for the first that has any.
+/// `local_coordinates_declaration`: once a point has local coordinates, all points must have both; the first such point is not
+/// judged.
 pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
     let points = || view.map.points.iter();
     if !points().any(|point| point.local().contains(&true)) {

@@ -66,12 +66,12 @@ struct Lanes<'a, 'v, 'm> {
     rank: &'a [usize],
     /// Their bounds, left and right.
     drawn: &'a [[Vec<Place>; 2]],
-    /// Lanelets that are alike by more than this are meant to lie upon each other.
+    /// Lanelets whose likeness is larger than this lie on each other on purpose.
     most: f64,
 }
 
 impl Lanes<'_, '_, '_> {
-    /// Lanelets that have nothing to do with one, but of which a whole bound lies in it, were it a little wider.
+    /// Unrelated lanelets that have a whole bound inside this lanelet after it is widened.
     fn covered(&self, at: usize) -> Vec<usize> {
         let (view, seen) = (self.view, &self.view.lanelets[at]);
         let Some(outline) = widened(&self.drawn[at]) else { return Vec::new() };
@@ -94,8 +94,9 @@ impl Lanes<'_, '_, '_> {
     }
 }
 
-/// Whether a stretch of a bound lies in an outline: it crosses no edge, and between two places where it meets one it lies on one
-/// side. Whoever crosses an edge is outside before or after, even where an outline crosses itself and both sides are inside.
+/// Whether a stretch of a bound lies in an outline: it crosses no edge, and between two places where it meets an edge it lies on
+/// one side. A stretch that crosses an edge is outside before or behind it, even where an outline crosses itself and both sides
+/// are inside.
 fn lies_in([a, b]: [Place; 2], outline: &[Place], ring: &geo::Polygon<f64>) -> bool {
     if !covered_by(a, ring) || !covered_by(b, ring) {
         return false;

@@ -1,5 +1,5 @@
-//! In which order the existing validator goes through lanelets. No file shows it: it is that of a hash table in memory,
-//! which follows from the ids and from nothing else, and decides what comes first where two would do.
+//! The order in which the existing validator visits lanelets. The file does not show it: it is the order of a hash table in
+//! memory. It depends on the ids alone, and decides which of two lanelets comes first where both would do.
 
 use crate::lanelet::Point;
 use crate::lanelet::index::view::View;
@@ -30,7 +30,7 @@ pub fn ranks(view: &View) -> Vec<usize> {
     ranks
 }
 
-/// The positions of keys, put in one after the other, in the order in which the table gives them out.
+/// The positions of keys in the order in which the table lists them after they were inserted one after the other.
 fn order(keys: &[i64]) -> Vec<usize> {
     let mut table = HashLayout { keys, next: vec![NONE; keys.len() + 1], before: vec![NONE; BUCKETS[0]] };
     for at in 0..keys.len() {

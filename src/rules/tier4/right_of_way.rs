@@ -45,8 +45,8 @@ impl<'a, 'm> Case<'a, 'm> {
         lanelets.iter().map(|&at| self.view.lanelets[at].id()).collect()
     }
 
-    /// What is wrong with an element that serves the lanelet alone: overlaps that are too small to count, by the first of these
-    /// numbers, and what is expected but not listed and the other way around, by the others.
+    /// The faults of an element that serves this lanelet alone. Overlaps that are too small to count have the first of these
+    /// numbers; lanelets that are expected but not listed, or listed but not expected, have the others.
     fn judge(&self, element: &RegulatoryElement, ruled: Ruled, [sliver, missing, needless]: [u16; 3]) -> Vec<Issue> {
         let Overlaps { wanted, slivers } = self.overlaps(ruled);
         let mut issues: Vec<Issue> = slivers.into_iter().map(|other| self.sliver(element, sliver, other)).collect();

@@ -93,9 +93,9 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
     findings
 }
 
-/// Whether a lane of a road with lanes of the other direction can have no movement: no other road leads on from there (`inward`)
-/// or leads there, or the user says of every movement that there is none. So it is where a road is one-way behind the
-/// intersection, and on this side only those drive against it who turned on the road itself.
+/// Whether a lane of a road for both directions can have no movement: no other road leads on from there (`inward`) or leads
+/// there, or the user prohibits every movement. This happens if the road is one-way behind the intersection: on this side, only
+/// vehicles that turned on the road itself drive against it.
 fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, at: usize, inward: bool) -> bool {
     let arms = &intersection.arms;
     let row = lanes_abreast(map, at);

@@ -147,8 +147,8 @@ impl<'a> LaneletSplitter<'a> {
         valid
     }
 
-    /// The bounds between two edges from the split before a new one, which comes at index `i`, to that behind it; and those of
-    /// both parts.
+    /// The bounds between two edges around a new split, which gets index `i`: from the split before it to the split behind it, and
+    /// those of the two parts into which the new split divides them.
     fn bounds(&self, new: &RoadSplit, i: usize, edges: [usize; 2]) -> Option<[[Vec<Point>; 2]; 3]> {
         let (before, behind) = (i.checked_sub(1).map(|i| &self.splits[i]), self.splits.get(i));
         let [left, right] = edges.map(|edge| self.borders[edge].as_ref().map(|border| (edge, border)));
@@ -207,7 +207,8 @@ fn split_place(line: &[Point], expected: Point, along: Vector) -> Option<(usize,
     [line[i], line[i + 1]].iter().all(|point| (point - place).norm() >= CLEAR).then_some((i, place))
 }
 
-/// The part of a row between two places, each behind the member of an index; to its ends where there is none.
+/// The part of a row of points between two places. A place comes with the index of the point before it; without a place, the part
+/// reaches to the end of the row.
 fn part<T: Copy>(row: &[T], from: Option<(usize, T)>, to: Option<(usize, T)>) -> Vec<T> {
     let first = from.map_or(0, |(i, _)| i + 1);
     let last = to.map_or(row.len(), |(i, _)| i + 1);

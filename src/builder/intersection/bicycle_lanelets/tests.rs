@@ -3,8 +3,11 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as, driven_on, ends};
 use crate::builder::{BuildOptions, Built};
+use crate::geometry::Point;
 use crate::lanelet::{Lanelet, LaneletMap};
 use crate::settings::{BesideSettings, BicycleLanes};
+
+use super::is_even;
 
 const LANES: &str = "highway=tertiary lanes=2 cycleway:both=lane";
 
@@ -186,4 +189,15 @@ fn a_track_lies_behind_a_kerb() {
             }
         }
     }
+}
+
+#[test]
+fn a_lanelet_that_is_squeezed_or_swells_is_uneven() {
+    let line = |places: &[[f64; 2]]| places.iter().map(|[x, y]| Point::new(*x, *y)).collect::<Vec<_>>();
+    let right = line(&[[0.0, 0.0], [20.0, 0.0]]);
+    for (middle, even) in [(1.5, true), (1.0, true), (2.0, true), (0.5, false), (3.0, false)] {
+        assert_eq!(is_even([&line(&[[0.0, 1.5], [10.0, middle], [20.0, 1.5]]), &right]), even, "{middle} m wide");
+    }
+    let taper = line(&[[0.0, 1.0], [20.0, 3.0]]);
+    assert!(is_even([&taper, &right]), "a linear change from end to end");
 }

@@ -35,7 +35,7 @@ impl RequiredSetbacks {
         Self::complete(network, least_cuts(network, kept, &joined), none, joined)
     }
 
-    /// The same for a network that became of the one for which these were found.
+    /// The same setbacks for a network that was made from the one for which they were found.
     #[must_use]
     pub fn renewed(
         mut self,

@@ -1,7 +1,7 @@
 //! The turning lanelets of one intersection, drawn between its lanes, and the outline around them.
 
-use crate::builder::intersection::area::area_ring::covers;
-use crate::builder::intersection::area::{AreaOutline, area_outline};
+use crate::builder::intersection::area_outline::area_ring::covers;
+use crate::builder::intersection::area_outline::{AreaOutline, area_outline};
 use crate::builder::intersection::bicycle_lanelets::{
     BicycleLaneEnds, BicycleMovements, BicycleTurns, has_bicycle_lanes,
 };
@@ -107,6 +107,29 @@ impl<'a> Site<'a> {
         };
         Outlined { part: builder.into_part(), area, bicycles, fits_bicycles }
     }
+
+    /// Draws the bicycle lanelets that keep their width, and the outline, into a part with the other lanelets.
+    fn outline_bicycles(
+        &self,
+        part: &MapPart,
+        drawn: (&DrawnMovements, &[Option<StripIndex>]),
+        wanted: bool,
+        (ends, turns): (&BicycleLaneEnds, BicycleTurns),
+    ) -> Outlined {
+        let Site { network, restrictions, intersection, .. } = *self;
+        let mut movements = ends.movements(network.side, restrictions, intersection, turns);
+        let outline = |movements: &[Movement]| {
+            let add = |builder: &mut MapBuilder| ends.draw(builder, network, intersection, movements, drawn.0);
+            self.outline(part.clone(), drawn, wanted, add)
+        };
+        let outlined = outline(&movements);
+        let uneven = ends.uneven(&outlined.bicycles);
+        if uneven.is_empty() {
+            return outlined;
+        }
+        movements.retain(|movement| !uneven.contains(movement));
+        outline(&movements)
+    }
 }
 
 impl IntersectionLanelets {
@@ -163,7 +186,7 @@ impl IntersectionLanelets {
         if self.conflicts.is_some() {
             return self;
         }
-        let Site { network, lanes, intersection, below, restrictions } = site;
+        let Site { network, lanes, intersection, below, .. } = site;
         let indices = strip_indices(&self.drawn.paths);
         let conflicts = conflicts(&self.drawn.paths, &indices);
         let ruled = intersection.signals || intersection.all_way_stop || is_signed(network, intersection);
@@ -194,9 +217,7 @@ impl IntersectionLanelets {
             let (drawn, part) = ((&self.drawn, &indices[..]), std::mem::take(&mut self.part));
             let mut outlined = site.outline(part, drawn, crossed, |_| DrawnMovements::default());
             for &turns in tries {
-                let with = site.outline(bare.clone(), drawn, crossed, |builder| {
-                    ends.draw(builder, network, restrictions, intersection, turns, drawn.0)
-                });
+                let with = site.outline_bicycles(&bare, drawn, crossed, (&ends, turns));
                 let areas = with.area.as_ref().zip(outlined.area.as_ref());
                 let fits = areas.is_none_or(|(with, without)| with.fits_as_well(without));
                 if with.fits_bicycles && fits && !with.bicycles.paths.is_empty() {

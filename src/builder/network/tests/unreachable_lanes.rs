@@ -1,5 +1,6 @@
 //! Lanes that lead nowhere: left out, directed, told of.
 
+use super::super::hand_drawn::restrict;
 use super::super::unreachable_lanes::without_unreachable_lanes;
 use super::*;
 

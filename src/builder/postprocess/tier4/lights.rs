@@ -1,6 +1,6 @@
-//! Lights that hang as they change. TIER IV's validator takes two lights for green together where they hang along each other,
-//! and for green at different times where they hang across. A light that faces its arm tells it otherwise where two arms
-//! lie side by side, so it is turned a little until its direction agrees with the rights of way; vehicles still see it.
+//! Turns traffic lights until their directions agree with their phases. TIER IV's validator takes two lights for green together if
+//! they are about parallel, and for green at different times if they are not. Lights that face their arms contradict the phases where
+//! arms lie side by side. Such a light is turned a little; vehicles still see it.
 
 use std::collections::BTreeMap;
 
@@ -18,10 +18,10 @@ use crate::parallel::Finely;
 const TURNS: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
 /// Directions are kept this far, degrees, from the angle at which the validator's answer changes.
 const CLEAR: f64 = 2.0;
-/// A lanelet that is taken for red though it has green is ignored by a vehicle that obeys the validator; the opposite only makes it
-/// wait. So much more the former weighs.
+/// The weight of a lanelet that the validator takes for red though it has green, against the opposite mistake. A vehicle ignores the
+/// former lanelet, and waits without need for the latter.
 const GREEN_WEIGHS: f64 = 3.0;
-/// Lights are looked at this many times; one that is turned changes what suits its neighbours.
+/// The number of rounds: a light that is turned changes the best direction of its neighbours.
 const ROUNDS: usize = 4;
 
 /// A light and those with which it rules lanelets that meet.
@@ -78,7 +78,7 @@ fn pairs_of(seen: &LanesSeen, at: usize) -> Vec<Pair> {
         let beside = &seen.view.lanelets[other];
         let theirs = light(seen.view, beside).filter(|(id, _)| *id != own.0)?;
         let apart = listed.binary_search(&other).is_ok();
-        // Who goes first of two that turn onto the same road with green together hangs on no light.
+        // If both turn onto the same road and have green together, no light decides who goes first.
         let turns = turns_before(lanelet, beside) || (apart && seen.meets_oncoming_turn(at, other));
         (!turns).then_some(([own, theirs], apart))
     };
@@ -101,8 +101,8 @@ fn best_turn(lights: &BTreeMap<LineStringId, Light>, id: LineStringId) -> f64 {
     TURNS.into_iter().min_by(|a, b| wrong(*a).total_cmp(&wrong(*b))).unwrap_or(0.0)
 }
 
-/// What it counts to miss a direction by an angle, degrees: as much as half a right angle, and the more the farther it is, so that
-/// two lights come to help that cannot do it alone.
+/// The penalty for a direction that is wrong by an angle, degrees. It grows with the angle, so that two lights turn toward each other
+/// where neither can be turned far enough alone.
 fn contradiction(missed: f64) -> f64 {
     if missed > 0.0 { SAME_TIMING + missed } else { 0.0 }
 }

@@ -1,10 +1,10 @@
 //! Rights of way as TIER IV's validator reads them.
 //!
-//! Where no light rules, the validator wants an element to list all that its lanelet meets. A lanelet that is listed is
-//! ignored, so only the elements of lanelets that go first before all stay; without one, Autoware waits for everybody. Where
-//! lights rule, an element lists what the validator takes to have its green at another time, and of that only what is safe.
-//! One lanelet of each area has an element. Where none goes first before all, two share one, whose list the validator does
-//! not judge.
+//! Without lights, the validator wants the element of a lanelet to list all lanelets that it meets. Autoware ignores the listed
+//! lanelets, so only the elements of lanelets that go before all others stay; a vehicle on any other lanelet waits for everybody. With
+//! lights, an element lists the lanelets that have green at another time by the validator's reading, if it is safe to ignore them.
+//! The validator also wants one lanelet of each area to have an element. If no lanelet goes before all others, two lanelets share an
+//! element, because the validator does not judge the list of a shared one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,7 +30,7 @@ pub fn suit_validator(map: &mut LaneletMap) {
 
 /// What is to be changed.
 struct Changes {
-    /// The lanelets that each element is to list instead; none: the element goes.
+    /// The lanelets that each element is to list instead. An element that would list none is removed.
     lists: Vec<(RegulatoryElementId, Vec<LaneletId>)>,
     /// Elements to be added.
     added: Vec<Added>,
@@ -74,9 +74,9 @@ impl<'m> LanesSeen<'_, 'm> {
         Some(Owner { at, element, listed, kept })
     }
 
-    /// Of the lanelets that a turn with a light may ignore, those that the validator expects; for others that have green at another
-    /// time the vehicle waits without need. Where it expects none of them, one: it wants an element on each turn, and the loader one
-    /// that lists somebody. Rather one that Autoware does not watch anyway.
+    /// Of the lanelets that a turn with a light may ignore, those that the validator expects; the vehicle waits for the others without
+    /// need. If it expects none of them, one is kept, if possible one that Autoware does not watch anyway: the validator wants an
+    /// element on each turn, and the loader rejects an element that lists nothing.
     fn kept_by_light(&self, at: usize, listed: &[usize]) -> Vec<usize> {
         let expected = self.wanted(at, Ruled::ByLight).into_iter();
         let kept: Vec<usize> = expected.filter(|y| listed.binary_search(y).is_ok()).collect();
@@ -97,7 +97,7 @@ impl<'m> LanesSeen<'_, 'm> {
         areas
     }
 
-    /// An element for an area of which no lanelet goes first before all. `listed` tells whom lanelets may ignore.
+    /// An element for an area in which no lanelet goes before all others. `listed` has the lanelets that each lanelet may ignore.
     fn element_for(&self, members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<Added> {
         let (owners, yielding) = self
             .beside_light(members)
@@ -109,7 +109,8 @@ impl<'m> LanesSeen<'_, 'm> {
         Some(Added { owners: ids(owners), yielding: ids(yielding) })
     }
 
-    /// A straight lanelet with a light may ignore those with their green at another time; Autoware watches nobody there.
+    /// An element on a straight lanelet with a light, which may ignore lanelets that have green at another time: Autoware watches none
+    /// of them there.
     fn beside_light(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
         let straight = members.iter().copied().filter(|&at| self.judged(at) == Judged::Never);
         let mut with_others = straight.map(|at| (vec![at], self.wanted(at, Ruled::ByLight)));
@@ -121,8 +122,8 @@ impl<'m> LanesSeen<'_, 'm> {
         members.iter().flat_map(|&at| self.graph.following(at)).collect()
     }
 
-    /// An element that lists one of `others`, a lanelet that Autoware does not watch anyway: it comes from the same one, or does
-    /// not meet the owners. Rather of two owners than of one, whose list the validator judges.
+    /// An element that lists one of `others` that Autoware does not watch anyway, because it begins on the same lanelet as its owners or
+    /// does not meet them. Two owners are better than one: the validator does not judge a shared list.
     fn of_no_effect(&self, members: &[usize], others: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
         let owns = |at: &&usize| matches!(self.judged(**at), Judged::Never | Judged::By(Ruled::ByNothing));
         let owners = members.iter().filter(owns).map(|&x| (x, self.unwatched(x, others)));
@@ -139,8 +140,8 @@ impl<'m> LanesSeen<'_, 'm> {
         Some((vec![*x], of_x.iter().take(1).copied().collect()))
     }
 
-    /// A turn with a light that lists a lanelet which Autoware does not watch anyway. The validator asks for an element on each turn with a
-    /// light, and does not expect this lanelet in it: one error instead of two.
+    /// An element on a turn with a light that lists a lanelet which Autoware does not watch anyway. The validator wants an element on
+    /// each such turn but does not expect this lanelet in it, so that one error is left of two.
     fn turn_without_effect(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
         let others: Vec<usize> = members.iter().copied().chain(self.behind(members)).collect();
         let mut turns = members.iter().filter(|at| self.judged(**at) == Judged::By(Ruled::ByLight));
@@ -155,7 +156,7 @@ impl<'m> LanesSeen<'_, 'm> {
     }
 }
 
-/// The two lanelets that may ignore most others alike.
+/// The two lanelets that may ignore the most others in common.
 fn shared(members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<(Vec<usize>, Vec<usize>)> {
     let owners: Vec<(usize, &[usize])> = members.iter().filter_map(|x| Some((*x, *listed.get(x)?))).collect();
     let mut best: Option<(Vec<usize>, Vec<usize>)> = None;

@@ -13,7 +13,7 @@ use crate::geometry::{Vector, angle_between};
 
 /// Distance from the intersection up to which the order of its arms counts, metres.
 const REACH: f64 = 80.0;
-/// Where roads run beside each other, it counts so much farther, metres.
+/// The additional distance up to which it counts where roads run beside each other, metres.
 const BEYOND: f64 = 120.0;
 /// Distance over which the direction of an arm is taken, metres.
 const LOOK: f64 = 8.0;

@@ -2,11 +2,11 @@
 
 use crate::geometry::{Point, Polyline, angle_between, left_of};
 
-/// Most turn at one point, radians: 10 degrees. Offsets of the line then keep their shape.
+/// The largest turn at one point, radians: 10 degrees. Offsets of the line then keep their shape.
 const STEP: f64 = 0.1746;
 /// Radius of a bend if the line has room for it, metres.
 const COMFORT: f64 = 12.0;
-/// Most distance of an eased line from the drawn corner, metres, unless the road's width needs more.
+/// The largest distance of an eased line from the drawn corner, metres, unless the road's width needs more.
 const DEVIATION: f64 = 0.8;
 /// Least radius as a multiple of half the road's width: the inner edge keeps a radius of its own.
 pub const TIGHTEST: f64 = 1.1;

@@ -5,7 +5,7 @@ use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Turn
 
 use rustc_hash::FxHashMap;
 
-/// Most steps of a search: a cluster with more paths is damaged data.
+/// The largest number of steps of a search: a cluster with more paths is damaged data.
 const MAX_STEPS: usize = 20_000;
 
 /// Turn restrictions by their `from` end.

@@ -12,9 +12,9 @@ use crate::geometry::{Polyline, angle_between};
 
 use super::network_edit::NetworkEdit;
 
-/// Most distance between the ends of two lines that continue each other, metres: `placement` may shift them.
+/// The largest distance between the ends of two lines that continue each other, metres: `placement` may shift them.
 const SAME_PLACE: f64 = 0.01;
-/// Most turn from one road to the next, radians: 120 degrees.
+/// The largest turn from one road to the next, radians: 120 degrees.
 const SHARPEST: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
 
 /// Joins the two roads of every intersection that has only these, if their lanes are the same.

@@ -20,7 +20,7 @@ pub struct ConsolidateOptions {
     pub reach: f64,
     /// Largest ground between its roads, square metres, that a merged intersection covers however little ground its roads have.
     pub island: f64,
-    /// Most rounds.
+    /// The largest number of rounds.
     pub rounds: usize,
     /// Decisions of the user.
     pub wishes: Vec<MergeOverride>,

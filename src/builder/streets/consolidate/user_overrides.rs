@@ -25,7 +25,7 @@ pub enum OverrideTarget {
     Near(Point),
 }
 
-/// Most distance of a road from the point, metres.
+/// The largest distance of a road from the point, metres.
 const NEAR: f64 = 10.0;
 
 /// For each road the index of its first override.

@@ -18,7 +18,7 @@ use super::{Outline, OutlineCase, OutlineCut, general_outline, merged_outline, r
 
 /// Least angle between edges, degrees: smaller ones may coincide after rounding.
 const FOLD: f64 = 1.0;
-/// Most distance between equal cuts after rounding, metres.
+/// The largest distance between equal cuts after rounding, metres.
 const SAME: f64 = 1e-9;
 
 /// The plan of one intersection.

@@ -21,15 +21,15 @@ const LEAST_GAP: f64 = 6.0;
 const ROAD_REACH: f64 = 60.0;
 /// Least distance of the cuts of neighbouring arms with an island between them, metres.
 const ISLAND: f64 = 1.2;
-/// Most distance of the union's vertices from the points of its parts, metres.
+/// The largest distance of the union's vertices from the points of its parts, metres.
 const SNAP: f64 = 1e-3;
-/// Most overlap of roads side by side at their cuts, metres.
+/// The largest overlap of roads side by side at their cuts, metres.
 const TOUCH: f64 = 0.05;
 /// Least distance of neighbouring points, metres.
 const CLOSE: f64 = 0.02;
 /// How far a covered cut is moved in one round, metres.
 const UNCOVER_STEP: f64 = 1.0;
-/// Most rounds.
+/// The largest number of rounds.
 const UNCOVER_ROUNDS: usize = 20;
 /// Number of segments of a rounded corner.
 const ROUND: usize = 4;

@@ -84,7 +84,7 @@ pub fn outlines_within(network: &RoadNetwork, within: &[Stations], cache: &PlanC
     (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
 }
 
-/// Most rounds in which cuts are moved outwards because an outline does not close.
+/// The largest number of rounds in which cuts are moved outwards because an outline does not close.
 const WIDENINGS: usize = 12;
 /// How far they are moved in one round, metres.
 const WIDENING: f64 = 1.0;

@@ -4,9 +4,9 @@
 pub const KERB_RADIUS: f64 = 4.0;
 /// As [`KERB_RADIUS`] beside a service road or track.
 pub const KERB_RADIUS_MINOR: f64 = 2.5;
-/// Most distance of the kerb's tangent points from the collision of the two edges, metres.
+/// The largest distance of the kerb's tangent points from the collision of the two edges, metres.
 pub const KERB_REACH: f64 = 4.0;
-/// Most trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is not part
+/// The largest trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is not part
 /// of the intersection.
 pub const REACH: f64 = 2.0;
 /// Distance between a cut and the collision that it is for, so that corners do not coincide, metres.
