@@ -29,15 +29,24 @@ fn an_area_runs_along_the_kerb_of_a_corner_where_nobody_turns() {
 #[test]
 fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
     let mut sheet = Sheet::default();
-    let [a, b, c, d] = sheet.nodes([[-45.0, 2.0], [-45.0, -2.0], [45.0, 2.0], [45.0, -2.0]]);
+    let west = sheet.nodes([[-60.0, 2.0], [-60.0, -2.0]]);
+    let east = [10.0, 40.0].map(|x| sheet.nodes([[x, 2.0], [x, -2.0]]));
     let rows = [-40.0, -10.0, 10.0, 40.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
-    let through = sheet.road(&[a, c], &[b, d], "");
+    let through = sheet.road(&[west[0], east[0][0]], &[west[1], east[0][1]], "");
+    sheet.road(&[east[0][0], east[1][0]], &[east[0][1], east[1][1]], "");
     let crossing: Vec<i64> =
         rows.windows(2).map(|ends| sheet.road(&[ends[0][0], ends[1][0]], &[ends[0][1], ends[1][1]], "")).collect();
+    let mut arc = |from: i64, radius: f64, to: i64| -> Vec<i64> {
+        let place =
+            |degrees: f64| [10.0 + radius * degrees.to_radians().cos(), -10.0 + radius * degrees.to_radians().sin()];
+        [vec![from], sheet.nodes(ROUND.map(place)).to_vec(), vec![to]].concat()
+    };
+    let [left, right] = [arc(rows[1][0], 12.0, east[0][0]), arc(rows[1][1], 8.0, east[0][1])];
+    let turn = sheet.road(&left, &right, "");
     sheet.people_drive_on_the_right();
     let mended = mended(sheet.drawing.data());
     let tagged = mended.osm.relations.iter().filter(|one| one.tags.has("intersection_area"));
-    assert_eq!(tagged.map(|one| one.id).collect::<Vec<_>>(), [through, crossing[1]]);
+    assert_eq!(tagged.map(|one| one.id).collect::<Vec<_>>(), [through, crossing[1], turn]);
 }
 
 /// Two lanes and one of buses that lead east, side by side, over a road that leads north; from the lane on the left cars turn onto that
@@ -45,7 +54,7 @@ fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
 fn carriageway() -> (i64, i64, OsmData) {
     let mut sheet = Sheet::default();
     let rows = [8.0, 4.0, 0.0, -4.0];
-    let [west, entry, exit, east] = [-60.0, -24.0, 30.0, 60.0].map(|x| rows.map(|y| sheet.nodes([[x, y]])[0]));
+    let [west, entry, exit, east] = [-60.0, -24.0, 20.0, 60.0].map(|x| rows.map(|y| sheet.nodes([[x, y]])[0]));
     let buses = "subtype=bus_lane location=urban speed_limit=40 participant:vehicle:bus=yes";
     let cars = "subtype=road location=urban speed_limit=40";
     let mut own = Vec::new();
@@ -57,7 +66,7 @@ fn carriageway() -> (i64, i64, OsmData) {
             left = right;
         }
     }
-    let north = [-60.0, -30.0, 30.0, 60.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
+    let north = [-60.0, -20.0, 30.0, 60.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
     for ends in north.windows(2) {
         sheet.road(&[ends[0][0], ends[1][0]], &[ends[0][1], ends[1][1]], "");
     }
