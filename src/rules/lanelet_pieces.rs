@@ -42,21 +42,27 @@ impl Pieces {
         let area = lanelet.attributes.get("intersection_area");
         let inside = area.and_then(|area| self.inside(map, area));
         let turning = inside.clone().or_else(|| self.in_conflict(map));
+        let stays = self.longest(turning.as_deref());
         let mut tags = Vec::new();
         for (key, pieces) in [("intersection_area", inside), ("turn_direction", turning)] {
             if let Some(pieces) = pieces.filter(|_| lanelet.attributes.has(key)) {
                 tags.push((key.into(), pieces));
             }
         }
-        let longest =
-            (0..self.lengths.len()).max_by(|&a, &b| self.lengths[a].total_cmp(&self.lengths[b]).then(b.cmp(&a)));
         Some(LaneletCut {
             lanelet: lanelet.id.0,
             against: self.against.iter().map(|way| way.0).collect(),
-            stays: longest?,
+            stays: stays?,
             elements: elements.filter(some).collect(),
             tags,
         })
+    }
+
+    /// The longest of some pieces, or of all: the first of those that are equally long. What others say of a lanelet of an
+    /// intersection they say of the piece that lies there, so that one keeps the id.
+    fn longest(&self, some: Option<&[usize]>) -> Option<usize> {
+        let pieces = (0..self.lengths.len()).filter(|at| some.is_none_or(|some| some.contains(at)));
+        pieces.max_by(|&a, &b| self.lengths[a].total_cmp(&self.lengths[b]).then(b.cmp(&a)))
     }
 
     /// The pieces that an element concerns: those on the ground that it speaks of, else the one at its stop line; all, where neither

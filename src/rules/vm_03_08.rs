@@ -52,7 +52,7 @@ impl AllowedPoints {
     fn of(map: &MapIndex) -> Self {
         let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
         let mut known: FxHashSet<PointId> = borders.flat_map(|line| line.points.iter().copied()).collect();
-        let lanes = map.lanes.iter().filter(|lane| lane.is_drivable());
+        let lanes = map.lanes.iter().filter(|lane| lane.is_drivable() || lane.is_for_buses());
         known.extend(lanes.flat_map(|lane| [lane.start.ids, lane.end.ids]).flatten());
         let mut ids: Vec<PointId> = known.iter().copied().collect();
         ids.sort_unstable();

@@ -24,3 +24,4 @@ mod rules;
 mod strangers_maps;
 mod tier4_conformance;
 mod two_way;
+mod unmarked_intersections;

@@ -14,11 +14,13 @@ use lanewright::settings::Settings;
 use crate::common::drawing::Drawing;
 use crate::common::judging::judge;
 
-fn found(data: &OsmData) -> Vec<Diagnostic> {
+/// What is found in a map of metres.
+pub fn found(data: &OsmData) -> Vec<Diagnostic> {
     judge(&from_osm(data, &Projector::Local), &Settings::default())
 }
 
-fn mended(data: OsmData) -> Mended {
+/// Such a map after all fixes.
+pub fn mended(data: OsmData) -> Mended {
     mend(data, true, |data: &OsmData| Ok::<_, Infallible>(found(data))).unwrap()
 }
 
@@ -35,8 +37,8 @@ fn count(found: &[Diagnostic], code: &str) -> [usize; 2] {
 
 /// A map of lanes that is drawn line by line.
 #[derive(Default)]
-struct Sheet {
-    drawing: Drawing,
+pub struct Sheet {
+    pub drawing: Drawing,
     nodes: i64,
     ways: i64,
     lanelets: i64,
@@ -44,7 +46,7 @@ struct Sheet {
 
 impl Sheet {
     /// Nodes at these places, in metres.
-    fn nodes<const N: usize>(&mut self, places: [[f64; 2]; N]) -> [i64; N] {
+    pub fn nodes<const N: usize>(&mut self, places: [[f64; 2]; N]) -> [i64; N] {
         places.map(|[x, y]| {
             self.nodes += 1;
             let tags = format!("local_x={x} local_y={y} ele=5");
@@ -53,13 +55,13 @@ impl Sheet {
         })
     }
 
-    fn way(&mut self, nodes: &[i64], tags: &str) -> i64 {
+    pub fn way(&mut self, nodes: &[i64], tags: &str) -> i64 {
         self.ways += 1;
         self.drawing.way(1000 + self.ways, nodes, tags);
         1000 + self.ways
     }
 
-    fn lanelet(&mut self, [left, right]: [i64; 2], tags: &str) -> i64 {
+    pub fn lanelet(&mut self, [left, right]: [i64; 2], tags: &str) -> i64 {
         self.lanelets += 1;
         let tags = format!("type=lanelet one_way=yes {tags}");
         self.drawing.relation(2000 + self.lanelets, &[("left", left), ("right", right)], &tags);
@@ -67,9 +69,18 @@ impl Sheet {
     }
 
     /// A road lanelet between bounds of its own over these nodes.
-    fn road(&mut self, left: &[i64], right: &[i64], tags: &str) -> i64 {
+    pub fn road(&mut self, left: &[i64], right: &[i64], tags: &str) -> i64 {
         let bounds = [left, right].map(|nodes| self.way(nodes, "type=road_border"));
         self.lanelet(bounds, &format!("subtype=road location=urban speed_limit=40 {tags}"))
+    }
+
+    /// A road far away, on which both directions say so.
+    pub fn people_drive_on_the_right(&mut self) {
+        let lines = [197.0, 200.0, 203.0].map(|y| self.nodes([[0.0, y], [60.0, y]]));
+        let [low, middle, high] = lines.map(|line| self.way(&line, "type=line_thin subtype=solid"));
+        for outer in [low, high] {
+            self.lanelet([middle, outer], "subtype=road location=urban speed_limit=40");
+        }
     }
 }
 
@@ -183,6 +194,11 @@ fn cars_meet_where_a_road_becomes_a_single_lane() {
 /// A crossing of two one-way roads with a turn over places in these directions from a place in the south-east, degrees, where another
 /// lane begins inside, though nothing leads there.
 fn loose_lane(directions: &[f64]) -> OsmData {
+    crossing(directions).0.drawing.data()
+}
+
+/// The same, with the nodes on both sides of its corner in the north-west.
+pub fn crossing(directions: &[f64]) -> (Sheet, [i64; 2]) {
     let mut sheet = Sheet::default();
     let west = sheet.nodes([[-40.0, 2.0], [-40.0, -2.0], [-10.0, 2.0], [-10.0, -2.0]]);
     let east = sheet.nodes([[10.0, 2.0], [10.0, -2.0], [40.0, 2.0], [40.0, -2.0]]);
@@ -205,17 +221,12 @@ fn loose_lane(directions: &[f64]) -> OsmData {
     sheet.road(&turn(south[2], outer, east[0]), &turn(south[3], inner, east[1]), "");
     let [loose] = sheet.nodes([[-4.0, -1.0]]);
     sheet.road(&[west[2], east[0]], &[loose, east[1]], "");
-    // A road on which both directions say that people drive on the right.
-    let lines = [197.0, 200.0, 203.0].map(|y| sheet.nodes([[0.0, y], [60.0, y]]));
-    let [low, middle, high] = lines.map(|line| sheet.way(&line, "type=line_thin subtype=solid"));
-    for outer in [low, high] {
-        sheet.lanelet([middle, outer], "subtype=road location=urban speed_limit=40");
-    }
-    sheet.drawing.data()
+    sheet.people_drive_on_the_right();
+    (sheet, [west[2], north[0]])
 }
 
 /// The directions of a turn that a vehicle can take.
-const ROUND: [f64; 5] = [165.0, 150.0, 135.0, 120.0, 105.0];
+pub const ROUND: [f64; 5] = [165.0, 150.0, 135.0, 120.0, 105.0];
 
 #[test]
 fn an_area_is_drawn_though_a_lane_begins_inside() {

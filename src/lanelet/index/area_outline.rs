@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::queries::is_road_border;
 use super::thresholds;
@@ -23,13 +23,17 @@ const ON_EDGE: f64 = 0.05;
 /// An outline that folds back within this angle (deg) has a spike.
 const SPIKE: f64 = 1.0;
 
+/// A road border that leads from one vertex to the next is no longer than so many times their distance: it runs around a corner, and not
+/// around a block.
+const LONGEST_BORDER: f64 = 3.0;
 /// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
 /// Draws outlines; holds the nodes of all road borders by place.
 pub struct AreaOutlines<'i, 'm> {
     map: &'i MapIndex<'m>,
-    borders: FxHashSet<PointId>,
+    /// The nodes of road borders, each with those beside it on one of them.
+    borders: FxHashMap<PointId, Vec<PointId>>,
     tree: RTree<GeomWithData<[f64; 2], PointId>>,
 }
 
@@ -47,9 +51,20 @@ struct Vertex {
 impl<'i, 'm> AreaOutlines<'i, 'm> {
     /// For a map.
     pub fn new(map: &'i MapIndex<'m>) -> Self {
-        let lines = map.map.linestrings.iter().filter(|line| is_road_border(line));
-        let borders: FxHashSet<PointId> = lines.flat_map(|line| line.points.iter().copied()).collect();
-        let mut ids: Vec<PointId> = borders.iter().copied().collect();
+        let mut borders: FxHashMap<PointId, Vec<PointId>> = FxHashMap::default();
+        let mut link = |from: PointId, to: PointId| {
+            let beside = borders.entry(from).or_default();
+            if from != to && !beside.contains(&to) {
+                beside.push(to);
+            }
+        };
+        for line in map.map.linestrings.iter().filter(|line| is_road_border(line)) {
+            for (&from, &to) in line.points.iter().zip(line.points.iter().skip(1)) {
+                link(from, to);
+                link(to, from);
+            }
+        }
+        let mut ids: Vec<PointId> = borders.keys().copied().collect();
         ids.sort_unstable();
         let places = ids.into_iter().filter_map(|id| {
             let place = map.map.points.get(id)?.position;
@@ -60,7 +75,8 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// The vertices, clockwise, of a simple outline that covers all of the lanes: their end nodes, nodes of road borders along
-    /// their edge, and no others but where a lane would stick out. `None` if there is no such outline.
+    /// their edge and around the corners between them, and no others but where a lane would stick out. `None` if there is no such
+    /// outline.
     pub fn around(&self, lanes: &[usize]) -> Option<Vec<PointId>> {
         let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
         let edge = polygon::closed(&outlines, CLOSED)?;
@@ -74,12 +90,68 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             let ring = in_order(vertices.clone(), &fixed)?;
             let out = self.sticking_out(lanes, &ring);
             if out.is_empty() {
-                return Some(ids(&ring));
+                return Some(self.around_corners(lanes, ids(&ring)));
             }
             vertices.extend(self.on_bounds(&out, &edge));
             let ring = in_order(vertices, &fixed)?;
-            self.sticking_out(lanes, &ring).is_empty().then(|| ids(&ring))
+            self.sticking_out(lanes, &ring).is_empty().then(|| self.around_corners(lanes, ids(&ring)))
         })
+    }
+
+    /// The outline, with the road border in place of each straight line between two vertices that it links: where nobody turns,
+    /// the lanes leave the corner to the other side of the kerb.
+    fn around_corners(&self, lanes: &[usize], mut ring: Vec<PointId>) -> Vec<PointId> {
+        let mut at = 0;
+        while let Some(&from) = ring.get(at) {
+            at += 1;
+            let to = ring.get(at).or(ring.first()).copied();
+            let Some(border) = to.and_then(|to| self.border_between(from, to, &ring)) else { continue };
+            let count = border.len();
+            let mut longer = ring.clone();
+            longer.splice(at..at, border);
+            let places: Option<Vec<Point>> = longer.iter().map(|&id| self.place(id)).collect();
+            let is_sound = places.is_some_and(|places| {
+                simple_ring::faults(&places, SPIKE, 1).is_empty() && self.sticking_out_of(lanes, &places).is_empty()
+            });
+            if is_sound {
+                ring = longer;
+                at += count;
+            }
+        }
+        ring
+    }
+
+    /// The nodes of the road border that leads from one vertex to another and forks nowhere; the shorter one, where two do. `None`
+    /// where these are no farther apart than a median is wide: across it an outline runs straight.
+    fn border_between(&self, from: PointId, to: PointId, ring: &[PointId]) -> Option<Vec<PointId>> {
+        let apart = (self.place(from)? - self.place(to)?).norm();
+        if apart <= 2.0 * CLOSED {
+            return None;
+        }
+        let walk = |&first: &PointId| {
+            let mut nodes = vec![from, first];
+            let mut length = 0.0;
+            while let [.., before, at] = nodes[..] {
+                length += (self.place(before)? - self.place(at)?).norm();
+                if at == to {
+                    break;
+                }
+                let mut ahead = self.borders.get(&at)?.iter().filter(|&&next| next != before);
+                let (Some(&next), None) = (ahead.next(), ahead.next()) else { return None };
+                if length > LONGEST_BORDER * apart || ring.contains(&at) {
+                    return None;
+                }
+                nodes.push(next);
+            }
+            let between = nodes.get(1..nodes.len() - 1)?.to_vec();
+            (!between.is_empty()).then_some((length, between))
+        };
+        let ways = self.borders.get(&from)?.iter().filter_map(walk);
+        ways.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, nodes)| nodes)
+    }
+
+    fn place(&self, id: PointId) -> Option<Point> {
+        Some(self.map.map.points.get(id)?.position)
     }
 
     /// The outline around some lanes and around those that lie inside it, on their level and in no other area; and all of them.
@@ -97,16 +169,16 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         None
     }
 
-    /// Other lanes for vehicles inside an outline around some lanes.
+    /// Other lanes for vehicles, buses among them, inside an outline around some lanes.
     fn covered(&self, lanes: &[usize], points: &[PointId]) -> Vec<usize> {
         let map = self.map;
-        let places = points.iter().filter_map(|&id| Some(map.map.points.get(id)?.position));
-        let ring: Vec<Point> = places.collect();
+        let ring: Vec<Point> = points.iter().filter_map(|&id| self.place(id)).collect();
         let [low, high] = super::extent(&ring);
         let height = lanes.iter().map(|&lane| map.lanes[lane].heights[0]).sum::<f64>() / lanes.len().max(1) as f64;
         let is_covered = |&at: &usize| {
             let lane = &map.lanes[at];
-            let is_free = lane.is_drivable() && lane.simple && !map.has_area(at) && lanes.binary_search(&at).is_err();
+            let is_lane = lane.is_drivable() || lane.is_for_buses();
+            let is_free = is_lane && lane.simple && !map.has_area(at) && lanes.binary_search(&at).is_err();
             is_free
                 && (lane.heights[0] - height).abs() <= thresholds::GRADE_SEPARATION
                 && polygon::common_area(&lane.outline, &ring) >= thresholds::COVER * lane.area
@@ -147,17 +219,20 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     fn on_bounds(&self, lanes: &[usize], edge: &Polyline) -> Vec<Vertex> {
         let bounds: BTreeSet<_> = lanes.iter().flat_map(|&lane| self.map.lanes[lane].bounds).collect();
         let lines = bounds.into_iter().filter_map(|way| self.map.map.linestrings.get(way));
-        let nodes = lines.flat_map(|line| &line.points).filter(|id| !self.borders.contains(id));
+        let nodes = lines.flat_map(|line| &line.points).filter(|id| !self.borders.contains_key(id));
         let vertices = nodes.filter_map(|&id| Some(Vertex::of(edge, id, self.map.map.points.get(id)?.position)));
         vertices.filter(|one| one.distance <= ON_EDGE).collect()
     }
 
     /// Lanes of which the outline covers too little.
     fn sticking_out(&self, lanes: &[usize], ring: &[Vertex]) -> Vec<usize> {
-        let ring: Vec<Point> = ring.iter().map(|one| one.place).collect();
+        self.sticking_out_of(lanes, &ring.iter().map(|one| one.place).collect::<Vec<_>>())
+    }
+
+    fn sticking_out_of(&self, lanes: &[usize], ring: &[Point]) -> Vec<usize> {
         let sticks_out = |lane: &usize| {
             let lane = &self.map.lanes[*lane];
-            polygon::common_area(&lane.outline, &ring) < thresholds::COVER * lane.area
+            polygon::common_area(&lane.outline, ring) < thresholds::COVER * lane.area
         };
         lanes.iter().copied().filter(sticks_out).collect()
     }

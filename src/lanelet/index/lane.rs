@@ -159,6 +159,12 @@ impl<'m> Lane<'m> {
         self.vehicle && !self.bicycle
     }
 
+    /// Whether buses alone drive here: no car is routed over it, yet it is a lane of its road.
+    pub fn is_for_buses(&self) -> bool {
+        let tags = &self.lanelet.attributes;
+        !self.vehicle && (tags.is("subtype", "bus_lane") || tags.is("participant:vehicle:bus", "yes"))
+    }
+
     /// By how much it turns from start to end, degrees, left positive: the sum of the changes of heading of the
     /// centre line, so that a full loop is 360.
     pub fn turn(&self) -> f64 {

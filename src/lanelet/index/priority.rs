@@ -7,7 +7,8 @@ use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 
 /// The priority of every approach by the first source that decides it: the user's settings, private ground, signs, existing
-/// `right_of_way` elements. As soon as one approach gives way, the undecided ones have priority.
+/// `right_of_way` elements. As soon as one approach gives way, the undecided ones have priority; but not who comes from opposite a
+/// sign and crosses a road without any: another sign may stand there that the map lacks.
 pub(super) fn priorities(
     map: &MapIndex,
     intersection: &Intersection,
@@ -23,7 +24,15 @@ pub(super) fn priorities(
     if gives_way.contains(&true) {
         return match used.iter().all(|&arm| gives_way[arm]) {
             true => (vec![None; count], Rank::Equal),
-            false => (gives_way.into_iter().map(|minor| Some(!minor)).collect(), Rank::Known),
+            false => {
+                let opposite = |arm: usize| intersection.arms[arm].opposite;
+                let goes_through = |arm: usize| !gives_way[arm] && opposite(arm).is_some_and(|to| !gives_way[to]);
+                let has_main_road = (0..count).any(goes_through);
+                let faces_sign = |arm: usize| opposite(arm).is_some_and(|to| has_sign(map, movements, to));
+                let is_doubtful = |arm: usize| has_main_road && !gives_way[arm] && faces_sign(arm);
+                let priorities = (0..count).map(|arm| (!is_doubtful(arm)).then_some(!gives_way[arm]));
+                (priorities.collect(), Rank::Known)
+            }
         };
     }
     let over = by_elements(map, intersection, movements);
@@ -37,13 +46,25 @@ pub(super) fn priorities(
 
 /// Whether an approach leads out of private ground or past a stop or give-way sign.
 fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
-    let own: Vec<usize> = movements.iter().filter(|movement| movement.from == arm).map(|m| m.lane).collect();
-    let before: Vec<usize> = own.iter().flat_map(|&lane| map.predecessors(lane)).copied().collect();
+    let (own, before) = lanes_of(map, movements, arm);
     let is_private = |lane: &usize| map.lanes[*lane].lanelet.attributes.is("location", "private");
     // A lane into private ground may be private itself, so what leads to it counts.
     let asked = if before.is_empty() { &own } else { &before };
+    (!asked.is_empty() && asked.iter().all(is_private)) || has_sign(map, movements, arm)
+}
+
+/// Whether an approach leads past a stop or give-way sign.
+fn has_sign(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
+    let (own, before) = lanes_of(map, movements, arm);
     let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.ranks(sign));
-    (!asked.is_empty() && asked.iter().all(is_private)) || own.iter().chain(&before).any(signed)
+    own.iter().chain(&before).any(signed)
+}
+
+/// The lanes that start at an approach, and those that lead to them.
+fn lanes_of(map: &MapIndex, movements: &[Movement], arm: usize) -> (Vec<usize>, Vec<usize>) {
+    let own: Vec<usize> = movements.iter().filter(|movement| movement.from == arm).map(|m| m.lane).collect();
+    let before: Vec<usize> = own.iter().flat_map(|&lane| map.predecessors(lane)).copied().collect();
+    (own, before)
 }
 
 impl MapIndex<'_> {

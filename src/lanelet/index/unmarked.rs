@@ -22,6 +22,8 @@ const BESIDE: f64 = 0.5;
 const LONGEST: f64 = 100.0;
 /// A lane that starts at the stop line of its light may be this long (m): as wide are the largest intersections.
 const LONGEST_RULED: f64 = 150.0;
+/// A carriageway has no more lanes than these.
+const WIDEST: usize = 16;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
 const LONGEST_CROSSING: f64 = 40.0;
 
@@ -171,6 +173,12 @@ impl MapIndex<'_> {
         (length <= LONGEST || is_ruled()) && self.may_be_cut(lane)
     }
 
+    /// Whether a lane of buses can belong to it: whether others cross it is not known.
+    fn is_free_for_buses(&self, lane: usize) -> bool {
+        let at = &self.lanes[lane];
+        at.is_for_buses() && at.simple && at.length() <= LONGEST && !self.has_area(lane)
+    }
+
     /// Whether a lane, whatever its length, is one for vehicles outside of any area.
     fn may_be_cut(&self, lane: usize) -> bool {
         let at = &self.lanes[lane];
@@ -238,26 +246,40 @@ impl MapIndex<'_> {
         !is_flat || self.leads_over(x, y) || self.leads_over(y, x) || (is_alone(x) && is_alone(y))
     }
 
-    /// Whether a lane from where one starts, or from beside it, leads onto the road of the other: it ends where that one ends, or beside
-    /// it, or beside where it starts.
+    /// Whether a lane from where one starts, or from beside it on its road, leads onto the road of the other: it ends where that one
+    /// ends, or beside it, or beside where it starts.
     fn leads_over(&self, from: usize, to: usize) -> bool {
         let beside = self.lanes[from].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
-        let mut starts = std::iter::once(from).chain(beside);
+        let starts = std::iter::once(from).chain(beside);
+        let mut turns = starts.flat_map(|lane| self.siblings(lane)).chain(self.from_carriageway(from));
         let Lane { start, end, .. } = self.lanes[to];
         let is_beside = |edge: &Edge, other: &Edge| {
             let near = |p: &Point| other.points.iter().any(|q| (p - q).norm() <= BESIDE);
             edge.touches(other) || edge.points.iter().any(near)
         };
-        starts.any(|lane| {
-            let mut turns = self.siblings(lane).filter(|&turn| turn != from && turn != to);
-            // Where the other goes on behind the turn itself, the road only forks.
-            let leads_onto = |onto: &Edge| is_beside(onto, &end) || (onto.ids != start.ids && is_beside(onto, &start));
-            turns.any(|turn| leads_onto(&self.lanes[turn].end))
-        })
+        // Where the other goes on behind the turn itself, the road only forks.
+        let leads_onto = |onto: &Edge| is_beside(onto, &end) || (onto.ids != start.ids && is_beside(onto, &start));
+        turns.any(|turn| turn != from && turn != to && leads_onto(&self.lanes[turn].end))
     }
 
-    /// Adds the lanes that start or end with those that take part, and those abreast of them: they drive over the same
-    /// intersection, though nobody crosses them.
+    /// The lanes that start on the carriageway of a lane: behind the lanes before it, and behind those side by side with them.
+    fn from_carriageway(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
+        let mut carriageway: Vec<usize> = self.predecessors(lane).to_vec();
+        let mut at = 0;
+        while let Some(&one) = carriageway.get(at).filter(|_| carriageway.len() < WIDEST) {
+            at += 1;
+            let [left, right] = self.lanes[one].bounds;
+            for (way, side) in [(left, 1), (right, 0)] {
+                let abreast = self.users_of(way).iter().filter(|&&other| self.lanes[other].bounds[side] == way);
+                let new: Vec<usize> = abreast.filter(|other| !carriageway.contains(other)).copied().collect();
+                carriageway.extend(new);
+            }
+        }
+        carriageway.into_iter().flat_map(|one| self.followers(one)).copied()
+    }
+
+    /// Adds the lanes that start or end with those that take part, those abreast of them, and lanes of buses from the same carriageways:
+    /// they drive over the same intersection, though nobody crosses them.
     fn add_company(&self, groups: &mut UnionFind, taking_part: &mut FxHashSet<usize>) {
         let mut ways: FxHashSet<LineStringId> = FxHashSet::default();
         let mut open: Vec<usize> = taking_part.iter().copied().collect();
@@ -269,8 +291,11 @@ impl MapIndex<'_> {
             let joining: Vec<usize> = joining.filter(|other| taking_part.contains(other)).collect();
             let abreast = self.lanes[lane].bounds.into_iter().filter(|way| ways.insert(*way));
             let abreast: Vec<usize> = abreast.flat_map(|way| self.users_of(way)).copied().collect();
-            for other in siblings.chain(joining).chain(abreast) {
-                if other != lane && self.is_free(other) {
+            let company = siblings.chain(joining).chain(abreast).filter(|&other| self.is_free(other));
+            let beside = self.lanes[lane].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
+            let buses = beside.chain(self.from_carriageway(lane)).filter(|&other| self.is_free_for_buses(other));
+            for other in company.chain(buses) {
+                if other != lane {
                     groups.join(lane, other);
                     if taking_part.insert(other) {
                         open.push(other);
@@ -280,11 +305,13 @@ impl MapIndex<'_> {
         }
     }
 
-    /// Whether others do more than join a lane at its end.
+    /// Whether others do more than join a lane at its end, or join or leave the lane beside it over this one.
     pub(super) fn is_crossed(&self, lane: usize) -> bool {
         let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
         let level = |other: usize| self.is_on_one_level(lane, other);
-        conflicts.any(|one| !self.ends_with(lane, one.other) && self.meet(lane, one) && level(one.other))
+        let Lane { start, end, .. } = self.lanes[lane];
+        let is_beside = |other: &Lane| end.touches(&other.end) || start.touches(&other.start);
+        conflicts.any(|one| !is_beside(&self.lanes[one.other]) && self.meet(lane, one) && level(one.other))
     }
 }
 

@@ -1,0 +1,173 @@
+//! Intersections that nobody marked: which lanes belong to them, how their area is drawn, and who goes first.
+
+use std::collections::BTreeSet;
+
+use lanewright::osm::{OsmData, Relation};
+
+use super::strangers_maps::{ROUND, Sheet, crossing, found, mended};
+use crate::common::drawing::osm;
+
+/// The nodes of the only area of a map.
+fn area(data: &OsmData) -> &[i64] {
+    let mut areas = data.ways.iter().filter(|way| way.tags.is("type", "intersection_area"));
+    let area = areas.next().unwrap();
+    assert!(areas.next().is_none());
+    &area.nodes
+}
+
+#[test]
+fn an_area_runs_along_the_kerb_of_a_corner_where_nobody_turns() {
+    let (mut sheet, [from, to]) = crossing(&ROUND);
+    let [first, second] = sheet.nodes([[-5.0, 3.0], [-3.0, 5.0]]);
+    sheet.way(&[from, first, second, to], "type=road_border");
+    let mended = mended(sheet.drawing.data());
+    let kerb = [from, first, second, to];
+    let twice = area(&mended.osm).repeat(2);
+    assert!(twice.windows(4).any(|nodes| nodes == kerb), "{kerb:?} are not in {:?}", area(&mended.osm));
+}
+
+#[test]
+fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
+    let mut sheet = Sheet::default();
+    let west = sheet.nodes([[-60.0, 2.0], [-60.0, -2.0]]);
+    let east = [10.0, 40.0].map(|x| sheet.nodes([[x, 2.0], [x, -2.0]]));
+    let rows = [-40.0, -10.0, 10.0, 40.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
+    let through = sheet.road(&[west[0], east[0][0]], &[west[1], east[0][1]], "");
+    sheet.road(&[east[0][0], east[1][0]], &[east[0][1], east[1][1]], "");
+    let crossing: Vec<i64> =
+        rows.windows(2).map(|ends| sheet.road(&[ends[0][0], ends[1][0]], &[ends[0][1], ends[1][1]], "")).collect();
+    let mut arc = |from: i64, radius: f64, to: i64| -> Vec<i64> {
+        let place =
+            |degrees: f64| [10.0 + radius * degrees.to_radians().cos(), -10.0 + radius * degrees.to_radians().sin()];
+        [vec![from], sheet.nodes(ROUND.map(place)).to_vec(), vec![to]].concat()
+    };
+    let [left, right] = [arc(rows[1][0], 12.0, east[0][0]), arc(rows[1][1], 8.0, east[0][1])];
+    let turn = sheet.road(&left, &right, "");
+    sheet.people_drive_on_the_right();
+    let mended = mended(sheet.drawing.data());
+    let tagged = mended.osm.relations.iter().filter(|one| one.tags.has("intersection_area"));
+    assert_eq!(tagged.map(|one| one.id).collect::<Vec<_>>(), [through, crossing[1], turn]);
+}
+
+/// Two lanes and one of buses that lead east, side by side, over a road that leads north; from the lane on the left cars turn onto that
+/// road. The lane of cars that goes on, that of buses, and the map.
+fn carriageway() -> (i64, i64, OsmData) {
+    let mut sheet = Sheet::default();
+    let rows = [8.0, 4.0, 0.0, -4.0];
+    let [west, entry, exit, east] = [-60.0, -24.0, 20.0, 60.0].map(|x| rows.map(|y| sheet.nodes([[x, y]])[0]));
+    let buses = "subtype=bus_lane location=urban speed_limit=40 participant:vehicle:bus=yes";
+    let cars = "subtype=road location=urban speed_limit=40";
+    let mut own = Vec::new();
+    for (from, to, lanes) in [(west, entry, 0..3), (entry, exit, 1..3), (exit, east, 1..3)] {
+        let mut left = sheet.way(&[from[lanes.start], to[lanes.start]], "type=road_border");
+        for lane in lanes {
+            let right = sheet.way(&[from[lane + 1], to[lane + 1]], "type=road_border");
+            own.push(sheet.lanelet([left, right], if lane == 2 { buses } else { cars }));
+            left = right;
+        }
+    }
+    let north = [-60.0, -20.0, 30.0, 60.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
+    for ends in north.windows(2) {
+        sheet.road(&[ends[0][0], ends[1][0]], &[ends[0][1], ends[1][1]], "");
+    }
+    let mut arc = |from: i64, radius: f64, to: i64| -> Vec<i64> {
+        let place =
+            |degrees: f64| [-24.0 + radius * degrees.to_radians().cos(), 30.0 + radius * degrees.to_radians().sin()];
+        [vec![from], sheet.nodes([-75.0, -60.0, -45.0, -30.0, -15.0].map(place)).to_vec(), vec![to]].concat()
+    };
+    let [left, right] = [arc(entry[0], 22.0, north[2][0]), arc(entry[1], 26.0, north[2][1])];
+    sheet.road(&left, &right, "");
+    sheet.people_drive_on_the_right();
+    (own[3], own[4], sheet.drawing.data())
+}
+
+/// Nobody turns from the lane that goes on, and both roads are drawn at one height: who turns off beside it shows that they meet.
+#[test]
+fn a_lane_that_turns_off_beside_another_shows_that_the_roads_meet() {
+    let (straight, buses, data) = carriageway();
+    let unmarked: Vec<_> = found(&data).into_iter().filter(|one| one.code == "vm-03-01/unmarked").collect();
+    let [one] = &unmarked[..] else { panic!("{unmarked:?}") };
+    let told = format!("{:?} {:?}", one.finding.subject, one.finding.related);
+    for lane in [straight, buses] {
+        assert!(told.contains(&lane.to_string()), "{lane} is not in {told}");
+    }
+}
+
+#[test]
+fn a_lane_of_buses_is_part_of_the_intersection() {
+    let (straight, buses, data) = carriageway();
+    let mended = mended(data);
+    let area = |id: i64| mended.osm.relation(id).and_then(|one| one.tags.get("intersection_area"));
+    assert!(area(straight).is_some() && area(straight) == area(buses), "{:?} {:?}", area(straight), area(buses));
+}
+
+/// Two roads that cross, and a left turn from the south; those who come from these sides, south or north, have a stop sign. The map,
+/// with the lanelets that lead south, east, and turn.
+fn signed(sides: &[usize]) -> (OsmData, [i64; 3]) {
+    let mut sheet = Sheet::default();
+    let across = [-3.0, 0.0, 3.0];
+    let mut rows = [-50.0, -12.0, 12.0, 50.0].map(|y| sheet.nodes(across.map(|x| [x, y])));
+    let columns = [-50.0, -12.0, 12.0, 50.0].map(|x| sheet.nodes(across.map(|y| [x, y])));
+    let mut north = Vec::new();
+    for ends in rows.windows(2) {
+        north.push(sheet.road(&[ends[0][1], ends[1][1]], &[ends[0][2], ends[1][2]], ""));
+    }
+    let east: Vec<i64> =
+        columns.windows(2).map(|ends| sheet.road(&[ends[0][1], ends[1][1]], &[ends[0][0], ends[1][0]], "")).collect();
+    for ends in columns.windows(2) {
+        sheet.road(&[ends[1][1], ends[0][1]], &[ends[1][2], ends[0][2]], "");
+    }
+    rows.reverse();
+    let mut south = Vec::new();
+    for ends in rows.windows(2) {
+        south.push(sheet.road(&[ends[0][1], ends[1][1]], &[ends[0][0], ends[1][0]], ""));
+    }
+    let [inner, outer] = [[[-1.0, -5.0], [-5.0, -1.0]], [[2.0, -3.0], [-3.0, 2.0]]].map(|line| sheet.nodes(line));
+    let [_, north_cut, south_cut, _] = rows;
+    let west = columns[1];
+    let turn =
+        sheet.road(&[south_cut[1], inner[0], inner[1], west[1]], &[south_cut[2], outer[0], outer[1], west[2]], "");
+    let approaches = [north[0], south[0]];
+    let lines = [[south_cut[1], south_cut[2]], [north_cut[1], north_cut[0]]];
+    for &side in sides {
+        let post = sheet.nodes([[5.0, -13.0], [5.5, -13.0]]);
+        let [line, sign] = [(lines[side], "type=stop_line"), (post, "type=traffic_sign subtype=stop_sign")]
+            .map(|(nodes, tags)| sheet.way(&nodes, tags));
+        let tags = "type=regulatory_element subtype=traffic_sign";
+        sheet.drawing.relation(3000 + side, &[("refers", sign), ("ref_line", line)], tags);
+    }
+    sheet.people_drive_on_the_right();
+    let text = sides.iter().fold(sheet.drawing.xml(), |text, &side| {
+        let lanelet = format!("<relation id='{}'>", approaches[side]);
+        let element = format!("<member type='relation' role='regulatory_element' ref='{}'/>", 3000 + side);
+        text.replace(&lanelet, &format!("{lanelet}{element}"))
+    });
+    (osm(text), [south[1], east[1], turn])
+}
+
+/// Whom a lanelet of a map may ignore.
+fn ignored(data: &OsmData, lanelet: i64) -> BTreeSet<i64> {
+    let elements = data.relations.iter().filter(|one| one.tags.is("subtype", "right_of_way"));
+    let members = |one: &Relation, role: &str| -> Vec<i64> {
+        one.members.iter().filter(|member| member.role == role).map(|member| member.id).collect()
+    };
+    let own = elements.filter(|one| members(one, "right_of_way").contains(&lanelet));
+    own.flat_map(|one| members(one, "yield")).collect()
+}
+
+#[test]
+fn who_comes_from_opposite_a_sign_may_have_one_that_is_missing() {
+    let (data, [south, east, turn]) = signed(&[0]);
+    let mended = mended(data).osm;
+    assert!(ignored(&mended, east).contains(&turn), "the road without signs goes first");
+    assert!(!ignored(&mended, east).contains(&south), "of the other side nobody knows");
+    assert_eq!(ignored(&mended, south), BTreeSet::new());
+}
+
+#[test]
+fn two_signs_settle_who_goes_first() {
+    let (data, [south, east, turn]) = signed(&[0, 1]);
+    let mended = mended(data).osm;
+    assert_eq!(ignored(&mended, south), BTreeSet::from([turn]), "of two that give way the far turn waits");
+    assert!([south, turn].iter().all(|lane| ignored(&mended, east).contains(lane)));
+}
