@@ -251,7 +251,7 @@ impl MapIndex<'_> {
     fn leads_over(&self, from: usize, to: usize) -> bool {
         let beside = self.lanes[from].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
         let starts = std::iter::once(from).chain(beside);
-        let mut turns = starts.flat_map(|lane| self.siblings(lane)).chain(self.from_carriageway(from));
+        let mut turns = starts.flat_map(|lane| self.siblings(lane)).chain(self.followers_of_carriageway(from));
         let Lane { start, end, .. } = self.lanes[to];
         let is_beside = |edge: &Edge, other: &Edge| {
             let near = |p: &Point| other.points.iter().any(|q| (p - q).norm() <= BESIDE);
@@ -263,7 +263,7 @@ impl MapIndex<'_> {
     }
 
     /// The lanes that start on the carriageway of a lane: behind the lanes before it, and behind those side by side with them.
-    fn from_carriageway(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
+    fn followers_of_carriageway(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
         let mut carriageway: Vec<usize> = self.predecessors(lane).to_vec();
         let mut at = 0;
         while let Some(&one) = carriageway.get(at).filter(|_| carriageway.len() < WIDEST) {
@@ -293,7 +293,8 @@ impl MapIndex<'_> {
             let abreast: Vec<usize> = abreast.flat_map(|way| self.users_of(way)).copied().collect();
             let company = siblings.chain(joining).chain(abreast).filter(|&other| self.is_free(other));
             let beside = self.lanes[lane].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
-            let buses = beside.chain(self.from_carriageway(lane)).filter(|&other| self.is_free_for_buses(other));
+            let buses =
+                beside.chain(self.followers_of_carriageway(lane)).filter(|&other| self.is_free_for_buses(other));
             for other in company.chain(buses) {
                 if other != lane {
                     groups.join(lane, other);
