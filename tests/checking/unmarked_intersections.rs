@@ -171,3 +171,30 @@ fn two_signs_settle_who_goes_first() {
     assert_eq!(ignored(&mended, south), BTreeSet::from([turn]), "of two that give way the far turn waits");
     assert!([south, turn].iter().all(|lane| ignored(&mended, east).contains(lane)));
 }
+
+/// A link joins the second lane of a road over its first lane, at this angle, degrees: how many intersections are told of.
+fn told_of_a_link_at(angle: f64) -> usize {
+    let mut sheet = Sheet::default();
+    let columns = [-60.0, -20.0, 20.0, 60.0].map(|x| sheet.nodes([[x, 8.0], [x, 4.0], [x, 0.0]]));
+    for ends in columns.windows(2) {
+        let [left, middle, right] = [0, 1, 2].map(|row| sheet.way(&[ends[0][row], ends[1][row]], "type=road_border"));
+        let tags = "subtype=road location=urban speed_limit=40";
+        sheet.lanelet([left, middle], tags);
+        sheet.lanelet([middle, right], tags);
+    }
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let across = |far: f64| {
+        let middle = [20.0 - far * cos, 6.0 - far * sin];
+        [[middle[0] - 2.0 * sin, middle[1] + 2.0 * cos], [middle[0] + 2.0 * sin, middle[1] - 2.0 * cos]]
+    };
+    let [far, near] = [70.0, 30.0].map(|length| sheet.nodes(across(length)));
+    sheet.road(&[far[0], near[0]], &[far[1], near[1]], "");
+    sheet.road(&[near[0], columns[2][0]], &[near[1], columns[2][1]], "");
+    sheet.people_drive_on_the_right();
+    found(&sheet.drawing.data()).iter().filter(|one| one.code == "vm-03-01/unmarked").count()
+}
+
+#[test]
+fn a_link_that_joins_a_road_as_a_ramp_does_is_no_intersection() {
+    assert_eq!([25.0, 45.0].map(told_of_a_link_at), [0, 1]);
+}

@@ -203,6 +203,15 @@ impl MapIndex<'_> {
         self.cross(x, conflict) || lead_head_on(&self.lanes[x], &self.lanes[conflict.other])
     }
 
+    /// Whether two lanes lead to the same lane, or to lanes side by side of one carriageway.
+    fn lead_to_one_road(&self, x: usize, y: usize) -> bool {
+        let [end, other] = [x, y].map(|lane| &self.lanes[lane].end);
+        let followers = self.followers(y);
+        end.ids == other.ids
+            || end.touches(other)
+            || self.carriageway(self.followers(x)).iter().any(|lane| followers.contains(lane))
+    }
+
     /// Whether two lanes that overlap cross, or join at an angle.
     fn cross(&self, x: usize, conflict: &Conflict) -> bool {
         let [a, b] = [x, conflict.other].map(|lane| &self.lanes[lane]);
@@ -210,7 +219,7 @@ impl MapIndex<'_> {
             one.zip(other).map_or(0.0, |(one, other)| angle_between(one, other).abs().to_degrees())
         };
         let first = apart(a.heading_in(), b.heading_in());
-        if a.end.ids == b.end.ids {
+        if self.lead_to_one_road(x, conflict.other) {
             return first > JOINING || self.is_ruled(x) || self.is_ruled(conflict.other);
         }
         let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
@@ -264,18 +273,23 @@ impl MapIndex<'_> {
 
     /// The lanes that start on the carriageway of a lane: behind the lanes before it, and behind those side by side with them.
     fn followers_of_carriageway(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
-        let mut carriageway: Vec<usize> = self.predecessors(lane).to_vec();
+        self.carriageway(self.predecessors(lane)).into_iter().flat_map(|one| self.followers(one)).copied()
+    }
+
+    /// Some lanes of a carriageway, and those side by side with them.
+    fn carriageway(&self, some: &[usize]) -> Vec<usize> {
+        let mut all = some.to_vec();
         let mut at = 0;
-        while let Some(&one) = carriageway.get(at).filter(|_| carriageway.len() < WIDEST) {
+        while let Some(&one) = all.get(at).filter(|_| all.len() < WIDEST) {
             at += 1;
             let [left, right] = self.lanes[one].bounds;
             for (way, side) in [(left, 1), (right, 0)] {
                 let abreast = self.users_of(way).iter().filter(|&&other| self.lanes[other].bounds[side] == way);
-                let new: Vec<usize> = abreast.filter(|other| !carriageway.contains(other)).copied().collect();
-                carriageway.extend(new);
+                let new: Vec<usize> = abreast.filter(|other| !all.contains(other)).copied().collect();
+                all.extend(new);
             }
         }
-        carriageway.into_iter().flat_map(|one| self.followers(one)).copied()
+        all
     }
 
     /// Adds the lanes that start or end with those that take part, those abreast of them, and lanes of buses from the same carriageways:
