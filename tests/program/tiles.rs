@@ -8,7 +8,7 @@ use lanewright::osm::read_file;
 
 use crate::common::needs::shared;
 use crate::common::program::{Run, lanewright};
-use crate::common::{names, root};
+use crate::common::{names, root, soak};
 use crate::pbf_fields as pbf;
 
 /// Builds a file in tiles, with these arguments more, into `out`.
@@ -32,7 +32,17 @@ fn a_map_in_tiles_is_a_map_in_cells() {
 
 #[test]
 fn the_format_of_the_data_changes_nothing() {
-    let Some(xml) = shared("corpus/osm/neukolln.osm") else { return };
+    format_changes_nothing("corpus/osm/neukolln.osm", &["900"]);
+    if soak() {
+        format_changes_nothing("corpus/osm/neukolln.osm", &["600", "2000"]);
+        format_changes_nothing("corpus/osm/monaco.osm", &["600", "900", "2000"]);
+        format_changes_nothing("corpus/osm_more/campo_grande.osm", &["2000", "4000", "8000"]);
+    }
+}
+
+/// An extract, packed and as PBF, in tiles of these sizes is the extract in one piece.
+fn format_changes_nothing(extract: &str, sizes: &[&str]) {
+    let Some(xml) = shared(extract) else { return };
     let dir = tempfile::tempdir().unwrap();
     let text = fs::read(&xml).unwrap();
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -40,14 +50,18 @@ fn the_format_of_the_data_changes_nothing() {
     fs::write(dir.path().join("town.osm.gz"), packed.finish().unwrap()).unwrap();
     fs::write(dir.path().join("town.osm.pbf"), pbf::of(&read_file(&xml).unwrap())).unwrap();
     lanewright(dir.path(), &["build", xml.to_str().unwrap(), "-o", "out_xml", "--cells", "100"]).exits(0);
-    for (input, out) in [("town.osm.gz", "out_gz"), ("town.osm.pbf", "out_pbf")] {
-        lanewright(dir.path(), &["build", input, "-o", out, "--tiles", "900"]).exits(0);
-        let [xml, other] = ["out_xml", out].map(|name| dir.path().join(name));
+    for (input, size) in
+        ["town.osm.gz", "town.osm.pbf"].into_iter().flat_map(|input| sizes.iter().map(move |s| (input, *s)))
+    {
+        let out = format!("{input}_{size}");
+        lanewright(dir.path(), &["build", input, "-o", &out, "--tiles", size]).exits(0);
+        let [xml, other] = ["out_xml", &out].map(|name| dir.path().join(name));
         for place in ["", "lanelet2_map.osm"] {
             let [one, two] = [&xml, &other].map(|dir| dir.join(place));
-            assert_eq!(names(&one), names(&two), "{input}");
+            assert_eq!(names(&one), names(&two), "{input} in tiles of {size} m");
             for name in names(&one).iter().filter(|name| one.join(name).is_file()) {
-                assert!(fs::read(one.join(name)).unwrap() == fs::read(two.join(name)).unwrap(), "{input}: {name}");
+                let same = fs::read(one.join(name)).unwrap() == fs::read(two.join(name)).unwrap();
+                assert!(same, "{input} in tiles of {size} m: {name}");
             }
         }
     }
