@@ -32,7 +32,8 @@ struct Drawn {
 }
 
 impl<'a> Sides<'a> {
-    /// The sides of `roads` that have not moved yet. Roads on different levels have sides only where they part.
+    /// The sides of `roads` that have not moved yet. Roads on different levels have sides only near the intersection where
+    /// they part.
     pub(super) fn new(roads: &FxHashMap<usize, ShiftedRoad>, hints: &'a SideHints, adjacency: &Adjacency) -> Self {
         let sides = |(&(a, b), adjacent): (&(usize, usize), &Vec<AdjacentPlace>)| {
             let (road, same_level) = (&roads[&a], roads[&a].level == roads[&b].level);
@@ -41,14 +42,15 @@ impl<'a> Sides<'a> {
             let sides = runs.flat_map(|run| {
                 let hints: Vec<(&SideHint, bool)> =
                     hints.iter().map(|hint| (hint, begins_at_cut(road, run, hint))).collect();
-                let counts = same_level || hints.iter().any(|(_, begins_at_cut)| *begins_at_cut);
-                let run = if counts { run } else { &[] };
                 let drawn = |(i, place): (usize, &AdjacentPlace)| {
+                    let station = road.stations[place.index];
+                    let part_there = || hints.iter().any(|(hint, at_cut)| *at_cut && hint.holds_at(station));
                     let around = &run[i.saturating_sub(AROUND)..(i + AROUND + 1).min(run.len())];
-                    let side = side(road.stations[place.index], around, &hints, a < b);
-                    Drawn { index: place.index, same_direction: place.same_direction, side }
+                    let side = || side(station, around, &hints, a < b);
+                    let AdjacentPlace { index, same_direction, .. } = *place;
+                    (same_level || part_there()).then(|| Drawn { index, same_direction, side: side() })
                 };
-                run.iter().enumerate().map(drawn).collect::<Vec<_>>()
+                run.iter().enumerate().filter_map(drawn).collect::<Vec<_>>()
             });
             ((a, b), sides.collect())
         };
