@@ -11,6 +11,7 @@ use super::movement_types::{Movement, TurnTarget};
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// The largest difference, degrees, between the direction of an arrow and that of an arm to which it leads.
 const ARROW_REACH: f64 = 70.0;
@@ -191,19 +192,20 @@ fn outer_lane(goals: &[Vec<usize>], target: usize, leftmost: bool) -> usize {
 /// most lanes too many, and among equal ones the one that is farthest from straight on; the lane is the one that crosses the most
 /// others. `None` if no movements cross, or if every lane and target that cross would be left without another.
 fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
-    let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
-    let excess = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());
-    let pairs = (0..goals.len()).flat_map(|left| (left + 1..goals.len()).map(move |right| (left, right)));
-    let both = pairs.flat_map(|(left, right)| {
-        goals[left].iter().flat_map(move |&t| goals[right].iter().map(move |&u| [(left, t), (right, u)]))
-    });
-    let crossing: Vec<(usize, usize)> = both.filter(|[(_, t), (_, u)]| t > u).flatten().collect();
-    let crossings = |goal: &(usize, usize)| crossing.iter().filter(|other| *other == goal).count();
-    let spare = crossing.iter().filter(|&&(lane, target)| goals[lane].len() > 1 && users(target) > 1);
-    let order = |a: &&(usize, usize), b: &&(usize, usize)| {
-        compare(excess(a.1), excess(b.1)).then_with(|| crossings(a).cmp(&crossings(b))).then(b.cmp(a))
-    };
-    spare.max_by(order).copied()
+    let users: Vec<usize> = (0..targets.len()).map(|t| goals.iter().filter(|of| of.contains(&t)).count()).collect();
+    let excess = |target: usize| (users[target].saturating_sub(room[target]), targets[target].turn.abs());
+    let mut crossings: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    for (left, right) in (0..goals.len()).flat_map(|left| (left + 1..goals.len()).map(move |right| (left, right))) {
+        let both = goals[left].iter().flat_map(|&t| goals[right].iter().map(move |&u| (t, u)));
+        for (t, u) in both.filter(|(t, u)| t > u) {
+            *crossings.entry((left, t)).or_default() += 1;
+            *crossings.entry((right, u)).or_default() += 1;
+        }
+    }
+    let spare = crossings.into_iter().filter(|&((lane, target), _)| goals[lane].len() > 1 && users[target] > 1);
+    let most = spare
+        .max_by(|(a, of_a), (b, of_b)| compare(excess(a.1), excess(b.1)).then_with(|| of_a.cmp(of_b)).then(b.cmp(a)));
+    most.map(|(goal, _)| goal)
 }
 
 /// The targets of each lane by itself: those of its arrows; without arrows the outer lanes turn, and all go straight on.

@@ -3,7 +3,8 @@
 //! Each is drawn as smooth as it can be by itself. A lane that goes straight on for long before it turns off, or that shifts
 //! sideways, can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
 
-use std::cell::OnceCell;
+use rustc_hash::FxHashMap;
+use std::cell::{OnceCell, RefCell};
 
 use crate::builder::lanes::types::ArmLane;
 use crate::geometry::pose::Pose;
@@ -87,7 +88,7 @@ pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
         TurnCenterline { shapes: vec![Some(Shape::new(poses))], chosen: 0, neighbours }
     };
     let lines = smoothest(ends, &bundles).into_iter().enumerate().map(with_neighbours).collect();
-    let mut all = TurnCenterlines { ends, lines };
+    let mut all = TurnCenterlines { ends, lines, shared: RefCell::default() };
     let bundle = |i: usize| (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect::<Vec<usize>>();
     for i in 0..ends.len() {
         for j in all.lines[i].neighbours.clone().into_iter().filter(|&j| j > i && bundles[j] != bundles[i]) {
@@ -178,6 +179,8 @@ fn bundles(ends: &[MovementEnds]) -> Vec<usize> {
 struct TurnCenterlines<'a> {
     ends: &'a [MovementEnds<'a>],
     lines: Vec<TurnCenterline>,
+    /// The areas of `overlap` so far, by the two lines and their shapes: bundles are tried with the same neighbours many times.
+    shared: RefCell<FxHashMap<[usize; 4], f64>>,
 }
 
 impl TurnCenterlines<'_> {
@@ -200,7 +203,9 @@ impl TurnCenterlines<'_> {
     /// Area in square metres that two lines cover by their chosen shapes.
     fn overlap(&self, i: usize, j: usize) -> f64 {
         let outline = |i: usize| Some(self.lines[i].shapes[self.lines[i].chosen].as_ref()?.outline(&self.ends[i]));
-        outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b))
+        let shared = || outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b));
+        let key = [i, self.lines[i].chosen, j, self.lines[j].chosen];
+        *self.shared.borrow_mut().entry(key).or_insert_with(shared)
     }
 
     fn take(&mut self, bundle: &[usize], shape: usize) {
