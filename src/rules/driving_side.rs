@@ -20,10 +20,16 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     if share <= params.share {
         return Vec::new();
     }
+    let of_side = |side| votes.places.iter().filter(|vote| vote.side == side).collect::<Vec<_>>();
+    let [left, right] = [DrivingSide::Left, DrivingSide::Right].map(of_side);
+    // The ways in and out of a car park may lie either way around; one such pair of one-way roads is no sign of an error.
+    if [&left, &right].iter().any(|of_side| matches!(of_side[..], [vote] if !vote.on_one_road)) {
+        return Vec::new();
+    }
+    let odd = if votes.left < votes.right { left } else { right };
     let message = format!("{} places drive on the left, {} on the right.", votes.left, votes.right);
-    let rare = if votes.left < votes.right { DrivingSide::Left } else { DrivingSide::Right };
     let finding =
         Finding::new("inconsistent", Subject::Map, message).measured(100.0 * share, 100.0 * params.share, "%");
-    let odd = votes.places.iter().filter(|(_, side)| *side == rare).take(MOST_NAMED);
-    vec![odd.fold(finding, |finding, (lane, _)| finding.with(Subject::Lanelet(lane.0), "other side"))]
+    let named = odd.iter().take(MOST_NAMED);
+    vec![named.fold(finding, |finding, vote| finding.with(Subject::Lanelet(vote.lane.0), "other side"))]
 }

@@ -8,6 +8,7 @@ mod dead_ends;
 mod differences;
 mod divided_lanelets;
 mod divided_maps;
+mod driving_side;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;
 mod first_screen;

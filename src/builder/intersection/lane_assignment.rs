@@ -70,8 +70,8 @@ impl ApproachLanes<'_> {
         for (t, target) in usable.iter().enumerate() {
             let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
             if ins.is_empty() {
-                // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless all lanes have arrows.
-                if target.turns_back() || lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
+                // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes.
+                if target.turns_back() || !lanes.iter().any(|(_, l)| is_untold(l, &usable)) {
                     continue;
                 }
                 ins = vec![outer_lane(&goals, t, target.turn > 0.0)];
@@ -168,7 +168,8 @@ fn sideways(from: &ArmLane, to: &ArmLane) -> f64 {
 fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> Vec<Vec<usize>> {
     let mut goals = single_goals(lanes, targets);
     let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
-    while let Some((lane, target)) = crossing_goal(&goals, targets, &room) {
+    let untold: Vec<bool> = lanes.iter().map(|(_, lane)| is_untold(lane, targets)).collect();
+    while let Some((lane, target)) = crossing_goal(&goals, targets, &room, &untold) {
         goals[lane].retain(|&t| t != target);
     }
     goals
@@ -190,8 +191,14 @@ fn outer_lane(goals: &[Vec<usize>], target: usize, leftmost: bool) -> usize {
 
 /// A lane and a target that it gives up, because its movement there crosses that of another lane. The target is the one with the
 /// most lanes too many, and among equal ones the one that is farthest from straight on; the lane is the one that crosses the most
-/// others. `None` if no movements cross, or if every lane and target that cross would be left without another.
-fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
+/// others. A lane for which no arrow tells the target gives up one that no other lane has, too. `None` if no movements cross, or if
+/// every lane and target that cross would be left without another.
+fn crossing_goal(
+    goals: &[Vec<usize>],
+    targets: &[TurnTarget],
+    room: &[usize],
+    untold: &[bool],
+) -> Option<(usize, usize)> {
     let users: Vec<usize> = (0..targets.len()).map(|t| goals.iter().filter(|of| of.contains(&t)).count()).collect();
     let excess = |target: usize| (users[target].saturating_sub(room[target]), targets[target].turn.abs());
     let mut crossings: BTreeMap<(usize, usize), usize> = BTreeMap::new();
@@ -202,7 +209,8 @@ fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -
             *crossings.entry((right, u)).or_default() += 1;
         }
     }
-    let spare = crossings.into_iter().filter(|&((lane, target), _)| goals[lane].len() > 1 && users[target] > 1);
+    let is_spare = |lane: usize, target: usize| goals[lane].len() > 1 && (users[target] > 1 || untold[lane]);
+    let spare = crossings.into_iter().filter(|&((lane, target), _)| is_spare(lane, target));
     let most = spare
         .max_by(|(a, of_a), (b, of_b)| compare(excess(a.1), excess(b.1)).then_with(|| of_a.cmp(of_b)).then(b.cmp(a)));
     most.map(|(goal, _)| goal)
@@ -233,6 +241,11 @@ fn single_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<
         goals
     };
     lanes.iter().enumerate().map(goals).collect()
+}
+
+/// Whether no arrow of a lane leads to any of the targets: it has none, or they belong to another intersection.
+fn is_untold(lane: &ArmLane, targets: &[TurnTarget]) -> bool {
+    arrow_goals(lane.arrows, targets).is_empty()
 }
 
 /// The targets to which a lane's arrows lead.

@@ -18,6 +18,7 @@ mod read;
 pub mod resolved_restrictions;
 mod restriction_relations;
 pub mod road_end;
+mod same_place;
 mod self_crossings;
 mod short_dead_ends;
 mod signal_assignment;
@@ -243,9 +244,7 @@ impl Road {
 
     /// Its only direction of travel; `None` if vehicles use both directions, or none.
     pub fn one_way(&self) -> Option<Travel> {
-        let mut travels = self.section.driven().map(|(_, strip)| strip.travel);
-        let first = travels.next()?;
-        (first != Travel::Both && travels.all(|travel| travel == first)).then_some(first)
+        self.section.one_way()
     }
 
     /// The bounding box of each segment of its line, widened by half the road's width.

@@ -260,7 +260,8 @@ fn road(
         class: way.class,
         link: way.link,
         level: level(tags),
-        roundabout: is_roundabout(tags),
+        // A ring that is driven both ways has intersections like other streets.
+        roundabout: is_roundabout(tags) && layout.section.one_way().is_some(),
         public: way.access != Access::Private,
         name: tags.get("name").or_else(|| tags.get("ref")).map(Text::from),
         speed: limit(tags, way.class, way.link, customs),

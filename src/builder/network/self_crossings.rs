@@ -7,7 +7,8 @@ use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, angle_between, segment_crossing};
 
 use super::access::Drivable;
-use super::way_pieces::{SAME_PLACE, WayPiece};
+use super::same_place::SAME_PLACE;
+use super::way_pieces::WayPiece;
 
 /// A shorter loop, metres, is a slip of the mapper, not a road: cars do not drive around it.
 const LEAST_LOOP: f64 = 20.0;

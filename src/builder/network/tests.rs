@@ -135,6 +135,28 @@ fn pieces_without_length_and_duplicates_are_skipped() {
 }
 
 #[test]
+fn ways_with_nodes_at_one_place_meet_there_on_one_level() {
+    // A crossing where each of the two ways has a node of its own.
+    let nodes = [&CROSS[..], &[(6, 0.0, 0.0, "")]].concat();
+    let cross = |tags| build(&data(&nodes, &[(10, &[1, 5, 3], ""), (20, &[2, 6, 4], tags)]));
+    let built = cross("");
+    assert_eq!(keys(&built), [(10, 1, 5), (10, 5, 3), (20, 2, 5), (20, 5, 4)]);
+    assert_eq!(slugs(&built), ["node-twin"]);
+    for above in ["bridge=yes", "layer=1", "level=2"] {
+        let built = cross(above);
+        assert_eq!(keys(&built), [(10, 1, 3), (20, 2, 4)], "{above}");
+        assert!(slugs(&built).is_empty(), "{above}");
+    }
+}
+
+#[test]
+fn a_ring_that_is_driven_both_ways_is_no_roundabout() {
+    let ring = |tags| build(&data(&CROSS, &[(10, &[1, 2, 3, 4, 1], tags)])).network.roads[0].roundabout;
+    assert!(ring("junction=roundabout"));
+    assert!(!ring("junction=roundabout oneway=no"));
+}
+
+#[test]
 fn access() {
     let one = |text: &str| try_build(&data(&CROSS, &[(10, &[1, 5], text)])).map(|n| n.network.roads[0].clone());
     assert!(one("").unwrap().public);

@@ -8,9 +8,7 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 
 use super::access::Drivable;
-
-/// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
-pub(super) const SAME_PLACE: f64 = 0.015;
+use super::same_place::join_at_same_place;
 
 /// Neighbouring nodes of a way farther apart than this, metres, have a wrong coordinate: even roads through deserts have nodes
 /// closer than that. Sampling such a road every few metres would fill the memory.
@@ -54,10 +52,12 @@ impl WayPiece {
 }
 
 /// A part of a way without missing nodes.
-struct Run {
-    way: usize,
-    nodes: Vec<i64>,
-    edge: [bool; 2],
+pub(super) struct Run {
+    /// Index of the way in the list of drivable ways.
+    pub way: usize,
+    pub nodes: Vec<i64>,
+    /// Whether the way goes on outside the extract before the first and after the last node.
+    pub edge: [bool; 2],
 }
 
 /// Cuts the ways where they meet and at the nodes `at`. `positions` holds every node that exists. Of pieces over the same nodes
@@ -69,7 +69,7 @@ pub(super) fn pieces(
     notes: &mut Vec<Finding>,
 ) -> Vec<WayPiece> {
     let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
-    merge_coincident(&mut runs, positions);
+    join_at_same_place(&mut runs, ways, positions, notes);
     for run in runs.extract_if(.., |run| run.nodes.len() < 2) {
         let way = ways[run.way].way.id;
         let message = format!("way {way} has a part without length; it is passed over");
@@ -118,37 +118,6 @@ fn runs(
     // A single node beside the border of the extract has no geometry.
     runs.retain(|run| run.nodes.len() > 1 || missing + torn == 0);
     runs
-}
-
-/// Merges neighbouring nodes at the same place.
-fn merge_coincident(runs: &mut [Run], positions: &FxHashMap<i64, Point>) {
-    let mut alias: FxHashMap<i64, i64> = FxHashMap::default();
-    for pair in runs.iter().flat_map(|run| run.nodes.windows(2)) {
-        let (Some(a), Some(b)) = (positions.get(&pair[0]), positions.get(&pair[1])) else { continue };
-        if (a - b).norm() < SAME_PLACE {
-            let (a, b) = (root(&mut alias, pair[0]), root(&mut alias, pair[1]));
-            if a != b {
-                alias.insert(a.max(b), a.min(b));
-            }
-        }
-    }
-    for run in runs {
-        for id in &mut run.nodes {
-            *id = root(&mut alias, *id);
-        }
-        run.nodes.dedup();
-    }
-}
-
-/// The node that `id` was merged into: union-find with path halving.
-fn root(alias: &mut FxHashMap<i64, i64>, mut id: i64) -> i64 {
-    while let Some(&next) = alias.get(&id) {
-        if let Some(&after) = alias.get(&next) {
-            alias.insert(id, after);
-        }
-        id = next;
-    }
-    id
 }
 
 /// The nodes at which pieces end: used twice, first or last of a run, or where a way turns back on itself.

@@ -193,6 +193,13 @@ impl CrossSection {
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Strip)> {
         self.strips.iter().enumerate().filter(|(_, strip)| strip.kind.is_driven())
     }
+
+    /// The only direction of travel; `None` if vehicles use both directions, or none.
+    pub fn one_way(&self) -> Option<Travel> {
+        let mut travels = self.driven().map(|(_, strip)| strip.travel);
+        let first = travels.next()?;
+        (first != Travel::Both && travels.all(|travel| travel == first)).then_some(first)
+    }
 }
 
 /// The valid widths of a lane, metres. Other values of a tag are ignored.

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::Lane;
-use super::types::{Arm, ArmEdge, DrivingSide, Intersection, SideVotes};
+use super::types::{Arm, ArmEdge, DrivingSide, Intersection, SideVote, SideVotes};
 use crate::geometry::cross;
 use crate::lanelet::{LineStringId, PointId, RoadType};
 use crate::settings::{Settings, Side};
@@ -20,7 +20,8 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
             let from = lane.start.ids[side];
             // Two lanes with the same left bound, or the same right bound, have opposite directions unless they overlap.
             if *users.entry((way, side)).or_insert(from) != from {
-                votes.add(lane.id, if side == 1 { DrivingSide::Left } else { DrivingSide::Right });
+                let side = if side == 1 { DrivingSide::Left } else { DrivingSide::Right };
+                votes.add(SideVote { lane: lane.id, side, on_one_road: true });
             }
         }
     }
@@ -29,10 +30,10 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         let Some(heading) = arm.heading_in else { continue };
         let side = cross(heading, outward.edge.middle() - inward.edge.middle());
         let Some(lane) = inward.lanes.first().and_then(|&lane| lanes.get(lane)) else { continue };
-        if side < 0.0 {
-            votes.add(lane.id, DrivingSide::Left);
-        } else if side > 0.0 {
-            votes.add(lane.id, DrivingSide::Right);
+        if side != 0.0 {
+            let side = if side < 0.0 { DrivingSide::Left } else { DrivingSide::Right };
+            let on_one_road = inward.edge.ids.iter().any(|id| outward.edge.ids.contains(id));
+            votes.add(SideVote { lane: lane.id, side, on_one_road });
         }
     }
     votes.side = match settings.driving_side {

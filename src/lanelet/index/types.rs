@@ -264,17 +264,28 @@ pub struct SideVotes {
     pub right: usize,
     /// The assumed side: the user's setting, else the majority; `None` where nothing shows it.
     pub side: Option<DrivingSide>,
-    /// A lanelet at each place, with what that place shows.
-    pub places: Vec<(LaneletId, DrivingSide)>,
+    /// What each place shows.
+    pub places: Vec<SideVote>,
+}
+
+/// The side on which people drive at one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SideVote {
+    /// A lanelet at that place.
+    pub lane: LaneletId,
+    /// The side that it shows.
+    pub side: DrivingSide,
+    /// Whether both directions are on one road; two one-way roads beside each other show the side less surely.
+    pub on_one_road: bool,
 }
 
 impl SideVotes {
-    pub(super) fn add(&mut self, lane: LaneletId, side: DrivingSide) {
-        match side {
+    pub(super) fn add(&mut self, vote: SideVote) {
+        match vote.side {
             DrivingSide::Left => self.left += 1,
             DrivingSide::Right => self.right += 1,
         }
-        self.places.push((lane, side));
+        self.places.push(vote);
     }
 }
 
