@@ -318,7 +318,7 @@ fn a_dead_end_keeps_clear_of_a_carriageway_that_it_is_not_joined_to() {
     };
     let far = gap(8.0, "");
     assert!(far > 4.0, "{far}: it ends where it is drawn to end");
-    for end in [1.0, 0.2, -0.8] {
+    for end in [1.0, 0.2] {
         let gap = gap(end, "");
         assert!((1.4..2.2).contains(&gap), "drawn to {end}: {gap} m are left");
     }

@@ -49,16 +49,7 @@ fn every_extract_builds_and_is_accepted() {
 }
 
 /// The errors that are left in built maps: extract, code, how many.
-const LEFT: [(&str, &str, usize); 7] = [
-    // Two streets cross in the data without a node that joins them, on one layer.
-    ("monaco", "vm-03-01/unmarked", 1),
-    ("campo_grande", "vm-03-01/not-covered", 2),
-    ("campo_grande", "vm-03-03/joint", 2),
-    ("seattle_slip_lane", "vm-03-03/joint", 1),
-    ("seattle_slip_lane", "vm-03-03/width", 1),
-    ("seattle_slip_lane", "vm-03-07/overlap", 1),
-    ("tempe_light_rail", "vm-03-07/crossing", 1),
-];
+const LEFT: [(&str, &str, usize); 1] = [("seattle_slip_lane", "vm-03-07/overlap", 1)];
 
 #[test]
 fn built_maps_have_no_errors_but_for_those_that_are_left() {

@@ -6,6 +6,7 @@ mod arm_order;
 mod barriers;
 mod connectivity;
 mod crossing_assignment;
+mod crossing_ways;
 mod features;
 pub(crate) mod frame;
 #[cfg(test)]
@@ -30,6 +31,7 @@ mod turning_loops;
 pub mod unreachable_lanes;
 mod way_cross_sections;
 mod way_pieces;
+mod way_runs;
 
 use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, Vector};
@@ -322,7 +324,7 @@ pub struct InnerRoad {
 /// A turn restriction between roads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurnRestriction {
-    /// Id of the relation.
+    /// Id of the relation; 0 where two ways cross without a node.
     pub relation: i64,
     /// The road end over which the `from` way arrives.
     pub from: RoadEnd,

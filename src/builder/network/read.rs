@@ -14,6 +14,7 @@ use crate::settings::{AssumeSettings, RoadSettings};
 use super::access::{Access, AccessVerdict, Drivable, classify};
 use super::arm_order::{Ray, clockwise};
 use super::barriers::Barriers;
+use super::crossing_ways::{cut_at_crossings, prohibited_turns};
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
 use super::restriction_relations::turns;
@@ -96,12 +97,14 @@ pub fn road_network(
         let mut positions = positions(ids, to_metres(&places));
         let pieces = pieces(&drivable[..barriers.ways()], barriers.nodes(), &positions, &mut notes);
         let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions);
+        let (pieces, mut crossed) = cut_at_crossings(pieces, &drivable, &mut positions, &mut notes);
+        crossed.sort_unstable();
         let mut pieces = barriers.part(pieces, &drivable, &mut positions, &mut notes);
         number(&mut pieces, &drivable);
-        (positions, pieces)
+        (positions, pieces, crossed)
     };
     let read_tags = || (NodeFeatures::new(osm), WaySections::read(&drivable, customs));
-    let ((positions, pieces), (at_nodes, sections)) = rayon::join(cut_ways, read_tags);
+    let ((positions, pieces, crossed), (at_nodes, sections)) = rayon::join(cut_ways, read_tags);
     let pieces: Vec<(WayPiece, Polyline)> = pieces
         .into_par_iter()
         .finely()
@@ -136,6 +139,8 @@ pub fn road_network(
     crossing_assignment::assign_crossings(osm, to_metres, &mut network, &mut notes);
     signal_assignment::assign(osm, &mut network, &mut notes);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
+    let across = prohibited_turns(&network.intersections, &network.roads, &crossed);
+    network.restrictions.extend(across);
     Ok(NetworkReading { network, notes })
 }
 

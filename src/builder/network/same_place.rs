@@ -9,7 +9,7 @@ use crate::geometry::Point;
 
 use super::access::Drivable;
 use super::frame::level;
-use super::way_pieces::Run;
+use super::way_runs::Run;
 
 /// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
 pub(super) const SAME_PLACE: f64 = 0.015;

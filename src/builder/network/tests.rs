@@ -7,6 +7,7 @@ use crate::projection::{Extent, LonLat};
 use crate::settings::Settings;
 
 use super::hand_drawn::{SCALE, osm as data, plane};
+use super::resolved_restrictions::ResolvedRestrictions;
 use super::*;
 
 mod barriers;
@@ -147,6 +148,36 @@ fn ways_with_nodes_at_one_place_meet_there_on_one_level() {
         assert_eq!(keys(&built), [(10, 1, 3), (20, 2, 4)], "{above}");
         assert!(slugs(&built).is_empty(), "{above}");
     }
+}
+
+#[test]
+fn ways_that_cross_without_a_node_have_an_intersection_on_which_nobody_turns() {
+    let cross = |ways: [&str; 2]| build(&data(&CROSS, &[(10, &[1, 3], ways[0]), (20, &[2, 4], ways[1])]));
+    let built = cross([""; 2]);
+    let crossed = built.network.intersections.iter().find(|one| one.arms.len() == 4).unwrap();
+    assert!(crossed.position.coords.norm() < 0.1, "{}", crossed.position);
+    let (restrictions, _) = ResolvedRestrictions::new(&built.network);
+    let way = |arm: &RoadEnd| built.network.road(arm.road).key.way;
+    for (from, to) in crossed.arms.iter().flat_map(|from| crossed.arms.iter().map(move |to| (from, to))) {
+        let permitted = restrictions.permit(crossed, *from, *to);
+        assert_eq!(permitted, way(from) == way(to), "{from:?} to {to:?}");
+    }
+    assert_eq!(slugs(&built), ["crossing-without-node"]);
+    for above in ["bridge=yes", "layer=-1", "level=1", "highway=motorway", "highway=trunk_link"] {
+        let built = cross(["", above]);
+        assert_eq!(built.network.roads.len(), 2, "{above}");
+        assert!(slugs(&built).is_empty(), "{above}");
+    }
+}
+
+#[test]
+fn a_road_that_ends_a_little_beyond_another_joins_it() {
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 100.0, ""), (3, 100.0, 0.0, ""), (4, 0.0, -1.0, "")];
+    let built = build(&data(&nodes, &[(10, &[1, 3], ""), (20, &[2, 4], "")]));
+    let joined = built.network.intersections.iter().find(|one| one.arms.len() > 1).unwrap();
+    assert_eq!(joined.arms.len(), 3);
+    assert!(built.network.restrictions.is_empty());
+    assert_eq!(slugs(&built), ["crossing-without-node", "way-skipped"]);
 }
 
 #[test]
@@ -319,6 +350,6 @@ fn a_way_that_crosses_itself_is_cut_there() {
     assert!(ends.len() == 3 && expected.iter().all(|pair| ends.contains(pair)), "{ends:?}");
     assert!((at(&built, crossing).position - Point::origin()).norm() < 1e-9);
     assert_eq!(at(&built, crossing).arms.len(), 4);
-    let slip = build(&data(&nodes, &[(10, &[1, 6, 7, 5], ""), (20, &[1, 2, 5], "")]));
+    let slip = build(&data(&nodes, &[(10, &[1, 6, 7, 5], ""), (20, &[1, 2, 5], "layer=1")]));
     assert_eq!(keys(&slip), [(10, 1, 5), (20, 1, 5)], "a slip of the mapper is no loop");
 }

@@ -1,0 +1,124 @@
+//! Cuts ways where they cross each other on the ground without a common node: their traffic meets there, and nobody turns.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::builder::ids::Key;
+use crate::builder::tags::road_class::RoadClass;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::spatial_hash::SpatialHash;
+use crate::geometry::{Point, segment_crossing};
+
+use super::access::Drivable;
+use super::frame::level;
+use super::same_place::SAME_PLACE;
+use super::way_pieces::WayPiece;
+use super::{Intersection, Road, TurnRestriction};
+
+/// A segment of a piece.
+#[derive(Clone, Copy)]
+struct Segment {
+    piece: usize,
+    /// Its first node, by its position in the piece.
+    at: usize,
+    ends: [Point; 2],
+}
+
+/// Where two segments cross.
+struct Crossing {
+    segments: [Segment; 2],
+    place: Point,
+    node: i64,
+}
+
+/// Cuts the pieces where they cross another way on the ground; `positions` receives the places. Gives the new nodes, too.
+///
+/// The data says neither that the ways are connected nor that one passes above the other. Most such places are crossings of small
+/// streets that lack a node. Motorways and trunk roads cross nothing at grade: there a bridge lacks its tags.
+pub(super) fn cut_at_crossings(
+    pieces: Vec<WayPiece>,
+    ways: &[Drivable<'_>],
+    positions: &mut FxHashMap<i64, Point>,
+    notes: &mut Vec<Finding>,
+) -> (Vec<WayPiece>, Vec<i64>) {
+    let mut found = crossings(&pieces, ways, positions);
+    let id = |segment: &Segment| ways[pieces[segment.piece].way].way.id;
+    found.sort_by_key(|crossing| (crossing.segments.map(|segment| id(&segment)), crossing.node));
+    let mut cuts: FxHashMap<usize, Vec<(usize, f64, i64)>> = FxHashMap::default();
+    for Crossing { segments, place, node } in &found {
+        positions.insert(*node, *place);
+        for segment in segments {
+            let along = (place - segment.ends[0]).norm();
+            cuts.entry(segment.piece).or_default().push((segment.at, along, *node));
+        }
+        let [a, b] = segments.each_ref().map(id);
+        let message = format!(
+            "ways {a} and {b} cross without a common node, on one level: an intersection on which nobody turns; \
+             join them there, or tag the bridge"
+        );
+        let note = Finding::new("crossing-without-node", Subject::Way(a), message).graded(Severity::Info);
+        notes.push(note.with(Subject::Way(b), "crossed"));
+    }
+    let cut = |(i, piece): (usize, WayPiece)| {
+        let Some(mut cuts) = cuts.remove(&i) else { return vec![piece] };
+        cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        piece.cut_within(&cuts.into_iter().map(|(segment, _, node)| (segment, node)).collect::<Vec<_>>())
+    };
+    let pieces = pieces.into_iter().enumerate().flat_map(cut).collect();
+    (pieces, found.into_iter().map(|crossing| crossing.node).collect())
+}
+
+/// Where pieces of different ways cross on the ground, away from their nodes.
+fn crossings(pieces: &[WayPiece], ways: &[Drivable<'_>], positions: &FxHashMap<i64, Point>) -> Vec<Crossing> {
+    let on_ground = pieces.par_iter().enumerate().filter(|(_, piece)| is_on_ground(&ways[piece.way]));
+    let segments: Vec<Segment> = on_ground
+        .flat_map_iter(|(index, piece)| {
+            let ends = piece.nodes.windows(2).map(|pair| [positions[&pair[0]], positions[&pair[1]]]);
+            ends.enumerate().map(move |(at, ends)| Segment { piece: index, at, ends })
+        })
+        .collect();
+    let length: f64 = segments.iter().map(|segment| (segment.ends[1] - segment.ends[0]).norm()).sum();
+    let side = length / segments.len().max(1) as f64;
+    let boxes = segments.iter().map(|Segment { ends: [a, b], .. }| [a.inf(b), a.sup(b)]).collect();
+    let mut found = SpatialHash::new(boxes, side.max(1.0)).pairs(|i, j| {
+        let mut both = [segments[i], segments[j]];
+        let way = |segment: &Segment| &ways[pieces[segment.piece].way].way;
+        both.sort_by_key(|segment| way(segment).id);
+        let storeys = both.each_ref().map(|segment| way(segment).tags.get("level"));
+        if way(&both[0]).id == way(&both[1]).id || storeys[0] != storeys[1] {
+            return None;
+        }
+        let [[a, b], [c, d]] = both.map(|segment| segment.ends);
+        let (_, _, place) = segment_crossing(a, b, c, d)?;
+        let is_within = [a, b, c, d].iter().all(|end| (end - place).norm() > SAME_PLACE);
+        let node = || {
+            let key = both.iter().fold(Key::new("crossing ways"), |key, segment| {
+                key.number(way(segment).id).number(pieces[segment.piece].nodes[segment.at])
+            });
+            key.new_node()
+        };
+        is_within.then(|| Crossing { segments: both, place, node: node() })
+    });
+    found.sort_unstable_by_key(|crossing| crossing.node);
+    found.dedup_by_key(|crossing| crossing.node);
+    found
+}
+
+/// Whether a way lies on the ground and may be crossed at grade.
+fn is_on_ground(way: &Drivable<'_>) -> bool {
+    way.class > RoadClass::Trunk && level(&way.way.tags) == 0.0
+}
+
+/// The prohibitions of turns where two ways cross at these nodes, which are ascending. Where the end of a road reached less than a
+/// car's length beyond the other one, three arms are left: that road ends there, and its traffic turns.
+pub(super) fn prohibited_turns(intersections: &[Intersection], roads: &[Road], nodes: &[i64]) -> Vec<TurnRestriction> {
+    let crossed = intersections
+        .iter()
+        .filter(|one| one.arms.len() == 4 && matches!(one.nodes[..], [node] if nodes.binary_search(&node).is_ok()));
+    let turns = crossed.flat_map(|intersection| {
+        let arms = || intersection.arms.iter().copied();
+        arms().flat_map(move |from| arms().map(move |to| (from, to)))
+    });
+    let across = turns.filter(|(from, to)| roads[from.road].key.way != roads[to.road].key.way);
+    across.map(|(from, to)| TurnRestriction { relation: 0, from, via: Vec::new(), to, only: false }).collect()
+}
