@@ -36,6 +36,8 @@ pub struct Mover {
     pub turn: Turn,
     /// Whether a traffic light rules it.
     pub signalised: bool,
+    /// Whether something makes its vehicles wait: a light, a sign, or the way out of private ground.
+    pub controlled: bool,
     /// Whether its arm has priority where no light rules; `None`: unknown.
     pub priority: Option<bool>,
     /// Whether it is a bicycle lane that is drawn as a road.
@@ -66,7 +68,8 @@ fn ignores_by_signal(me: &Mover, other: &Mover, relation: Relation) -> bool {
     match (me.turn, relation) {
         // Autoware watches nothing for a straight lanelet with a light.
         (Turn::Straight, _) => false,
-        (_, Relation::AntiPhase) => true,
+        // Who has no light does not stand at red.
+        (_, Relation::AntiPhase) => other.controlled,
         (Turn::Near, Relation::InPhase) => other.turn == Turn::Far,
         (Turn::Near, Relation::Same) => other.bicycle,
         (Turn::Far, _) => false,

@@ -90,6 +90,8 @@ fn relation(a: usize, b: usize) -> Relation {
 struct Case<'a> {
     side: DrivingSide,
     signalised: bool,
+    /// Arms without a light or a sign.
+    uncontrolled: Vec<usize>,
     priority: &'a dyn Fn(u8) -> Option<bool>,
     names: Vec<String>,
     bicycles: Vec<bool>,
@@ -99,8 +101,15 @@ struct Case<'a> {
 impl<'a> Case<'a> {
     /// The four-way crossing, or what is left of it without one arm.
     fn new(side: DrivingSide, signalised: bool, priority: &'a dyn Fn(u8) -> Option<bool>, without: char) -> Self {
-        let mut case =
-            Case { side, signalised, priority, names: Vec::new(), bicycles: Vec::new(), conflicts: Vec::new() };
+        let mut case = Case {
+            side,
+            signalised,
+            uncontrolled: Vec::new(),
+            priority,
+            names: Vec::new(),
+            bicycles: Vec::new(),
+            conflicts: Vec::new(),
+        };
         for (name, left, _, right, _) in FOUR_WAYS.iter().filter(|row| !row.0.contains(without)) {
             let conflicts = if side == DrivingSide::Left { left } else { right };
             let conflicts = conflicts.split(' ').filter(|c| !c.contains(without)).map(str::to_owned);
@@ -120,6 +129,7 @@ impl<'a> Case<'a> {
                 arm: arm(n.as_bytes()[0]),
                 turn: turn(n, self.side),
                 signalised: self.signalised,
+                controlled: self.signalised && !self.uncontrolled.contains(&arm(n.as_bytes()[0])),
                 priority: (self.priority)(n.as_bytes()[0]),
                 bicycle,
             })
@@ -180,6 +190,19 @@ fn a_t_junction() {
         Case::new(DrivingSide::Right, false, &main_road, 'N').expect(name, right);
         Case::new(DrivingSide::Right, true, NOBODY, 'N').expect(name, right_lights);
     }
+}
+
+#[test]
+fn who_has_neither_light_nor_sign_is_watched() {
+    let west = vec![arm(b'W')];
+    let left = Case { uncontrolled: west.clone(), ..Case::new(DrivingSide::Left, true, NOBODY, NONE) };
+    left.expect("SW", "EW NW");
+    left.expect("SE", "EN EW");
+    left.expect("WN", "SN EN");
+    let right = Case { uncontrolled: west, ..Case::new(DrivingSide::Right, true, NOBODY, NONE) };
+    right.expect("SE", "NE");
+    right.expect("SW", "ES EW");
+    right.expect("WS", "NS ES");
 }
 
 /// Adds a bicycle lane drawn as a road, straight on from the south at the kerb.

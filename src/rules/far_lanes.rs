@@ -3,7 +3,7 @@
 use super::divided_lanelets::{self, Across};
 use super::stop_line_crossings::crossings;
 use crate::diagnostic::{Edit, Fix};
-use crate::geometry::{Point, left_of, polygon};
+use crate::geometry::{Point, Polyline, left_of, polygon};
 use crate::lanelet::index::{Edge, MapIndex, Unmarked};
 
 /// A lane that starts or ends alone farther (m) than this from where others cross or join it is a road that was not cut. Where people
@@ -11,6 +11,11 @@ use crate::lanelet::index::{Edge, MapIndex, Unmarked};
 const FAR: f64 = 25.0;
 /// Without a stop line a lane is cut this far (m) from where others cross or join it: whoever waits there is out of their way.
 const CLEAR: f64 = 2.0;
+/// A lane of which an end corner lies this close (m) to a border of another lies beside it: so far end nodes that belong together are
+/// joined.
+const ON_BORDER: f64 = 0.5;
+/// An end of a lane beside another is across that one, up to this sine of the angle between them.
+const ACROSS: f64 = 0.5;
 
 /// Whether one of the lanes of an intersection reaches far beyond the others: no area is drawn over it.
 pub fn has_far(map: &MapIndex, lanes: &[usize]) -> bool {
@@ -45,12 +50,33 @@ fn cuts(map: &MapIndex, lanes: &[usize], lane: usize) -> Vec<Across> {
     let mut lines = Vec::new();
     // Its stop line is where the intersection begins, however wide it is.
     if starts_alone && first > FAR && !map.starts_at_stop_line(lane) {
-        lines.push(stop_line_before(map, lane, first).unwrap_or_else(|| across(first - CLEAR)));
+        let beside = || ends_beside(map, lanes, lane).filter(|(station, _)| (first - FAR..=first).contains(station));
+        let nearest = beside().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, line)| line);
+        let own = nearest.or_else(|| stop_line_before(map, lane, first));
+        lines.push(own.unwrap_or_else(|| across(first - CLEAR)));
     }
     if ends_alone && center.length() - last > FAR {
-        lines.push(across(last + CLEAR));
+        let beside = ends_beside(map, lanes, lane).filter(|(station, _)| (last..=last + FAR).contains(station));
+        let nearest = beside.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, line)| line);
+        lines.push(nearest.unwrap_or_else(|| across(last + CLEAR)));
     }
     lines
+}
+
+/// Where the other lanes of the intersection that lie beside a lane start and end, each with its station (m): lanes side by side are
+/// cut alike, so that they can share their border.
+fn ends_beside<'i>(map: &'i MapIndex, lanes: &'i [usize], lane: usize) -> impl Iterator<Item = (f64, Across)> + 'i {
+    let borders: Vec<Polyline> = [0, 1].into_iter().filter_map(|side| map.lanes[lane].border(side)).collect();
+    let center = map.lanes[lane].center.as_ref();
+    let edges = lanes.iter().filter(move |&&other| other != lane).map(|&other| &map.lanes[other]);
+    edges.flat_map(|other| [other.start, other.end]).filter_map(move |edge| {
+        let on_border = |place: &&Point| borders.iter().any(|border| border.distance(**place) <= ON_BORDER);
+        let place = *edge.points.iter().find(on_border)?;
+        let station = center?.project(place).station;
+        let along = edge.across();
+        let slant = along.try_normalize(f64::EPSILON)?.dot(&center?.direction(station));
+        (slant.abs() <= ACROSS).then_some((station, Across { place, along }))
+    })
 }
 
 /// Whether no other lane starts, or ends, at the edge where one does, nor two of them beside it, on the same cut across their road.

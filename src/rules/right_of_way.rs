@@ -3,7 +3,8 @@
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::lanelet::index::{Conflict, MapIndex, Traffic};
+use crate::lanelet::index::{Conflict, MapIndex, Rank, Traffic};
+use crate::lanelet::right_of_way::{Relation, Turn};
 use crate::lanelet::{Lanelet, LaneletId, RegulatoryElement};
 
 /// One movement with the elements that speak of it.
@@ -24,6 +25,8 @@ pub struct Judged<'m> {
     pub ignored: Vec<usize>,
     /// The lanes that they should list, in order.
     pub due: Vec<usize>,
+    /// Those of them that the map tells for certain: only these are written.
+    pub sure: Vec<usize>,
     /// Whether an element lists it, even if it does not refer to that element.
     pub listed: bool,
 }
@@ -47,8 +50,9 @@ impl<'m> Judged<'m> {
                 let lane = movement.lane;
                 // A lanelet without turn_direction has a finding of its own; it is judged once that is mended.
                 let tagged = |lane: &usize| map.turn_direction(*lane).is_some();
-                let due =
+                let due: Vec<usize> =
                     traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).filter(tagged).collect();
+                let is_sure = |y: &usize| traffic.of_lane(*y).is_some_and(|y| is_sure(map, traffic, x, y));
                 all.push(Self {
                     map,
                     traffic,
@@ -57,6 +61,7 @@ impl<'m> Judged<'m> {
                     id: map.lanes[lane].id,
                     elements: map.rights_of_way(lane),
                     ignored: map.ignored(lane),
+                    sure: due.iter().copied().filter(is_sure).collect(),
                     due,
                     listed: listed.contains(&map.lanes[lane].id),
                 });
@@ -83,7 +88,7 @@ impl<'m> Judged<'m> {
     /// The edit that makes the element it lacks.
     pub fn create(&self) -> Vec<Edit> {
         let mut members = vec![("right_of_way".into(), self.subject())];
-        members.extend(self.due.iter().map(|&y| ("yield".into(), Subject::Lanelet(self.map.lanes[y].id.0))));
+        members.extend(self.sure.iter().map(|&y| ("yield".into(), Subject::Lanelet(self.map.lanes[y].id.0))));
         vec![Edit::CreateRegulatoryElement { subtype: "right_of_way".into(), members, referrers: vec![self.id.0] }]
     }
 
@@ -127,10 +132,10 @@ impl<'m> Judged<'m> {
             .iter()
             .fold(finding, |finding, &y| finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched"));
         // Where there is one already, the lanelet needs no second but a reference to it.
-        match self.listed {
-            true => Some(finding),
-            false => Some(finding.fixed_by("create the right_of_way element", true, self.create())),
-        }
+        Some(match self.listed || self.sure.is_empty() {
+            true => finding,
+            false => finding.fixed_by("create the right_of_way element", true, self.create()),
+        })
     }
 
     /// Lanes that the elements should list but do not.
@@ -139,8 +144,17 @@ impl<'m> Judged<'m> {
         due.filter(|y| self.ignored.binary_search(y).is_err())
     }
 
+    /// Adds the edit that lists a lane in the first element, if the map tells for certain that the lane waits.
+    pub fn with_yield(&self, finding: Finding, y: usize) -> Finding {
+        if !self.sure.contains(&y) {
+            return finding;
+        }
+        let title = format!("list {} as yield", self.map.lanes[y].id);
+        finding.fixed_by(title, !self.shares_elements(), self.add_yield(y))
+    }
+
     /// The edit that adds a lane to the first element.
-    pub fn add_yield(&self, y: usize) -> Vec<Edit> {
+    fn add_yield(&self, y: usize) -> Vec<Edit> {
         let member = Subject::Lanelet(self.map.lanes[y].id.0);
         let first = self.elements.first().into_iter();
         let edits = first.map(|element| Edit::AddMember {
@@ -237,6 +251,18 @@ impl<'m> Judged<'m> {
         }
         findings
     }
+}
+
+/// Whether the map tells that the second of two movements waits for the first. Where nothing tells which road goes first, that is who
+/// turns off the road on which the first drives, across it: this road goes straight on to the approach from which the second comes.
+/// Else a road with priority may bend there.
+fn is_sure(map: &MapIndex, traffic: &Traffic, x: usize, y: usize) -> bool {
+    let [me, other] = [x, y].map(|at| &traffic.movements[at]);
+    let goes_on = || {
+        let mut along = traffic.movements.iter().filter(|one| one.from == me.from && one.to == other.from);
+        along.any(|one| one.mover.turn == Turn::Straight && map.lanes[one.lane].is_for_cars())
+    };
+    traffic.signalised || traffic.rank != Rank::Unknown || traffic.relation(x, y) == Relation::Same || goes_on()
 }
 
 /// How the elements are wired: both sides must speak of each other. `meant` says which lanelets are the rule's.

@@ -61,8 +61,7 @@ fn yield_missing(judged: &Judged) -> Vec<Finding> {
         let element = judged.elements.first().map_or(String::new(), |element| element.id.to_string());
         let other = judged.map.lanes[y].id;
         let message = format!("right_of_way {element} of {} should yield {other} ({reason}).", judged.id);
-        let finding = judged.about("yield-missing", y, message).graded(severity);
-        finding.fixed_by(format!("list {other} as yield"), !judged.shares_elements(), judged.add_yield(y))
+        judged.with_yield(judged.about("yield-missing", y, message).graded(severity), y)
     });
     findings.collect()
 }

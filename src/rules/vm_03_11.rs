@@ -50,8 +50,7 @@ fn yield_missing(judged: &Judged) -> Vec<Finding> {
             rank(judged),
             judged.id
         );
-        let finding = judged.about("yield-missing", y, message);
-        finding.fixed_by(format!("list {other} as yield"), !judged.shares_elements(), judged.add_yield(y))
+        judged.with_yield(judged.about("yield-missing", y, message), y)
     });
     findings.collect()
 }

@@ -14,6 +14,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = wiring(map, |id| is_coordinated(map, id));
     for mut judged in Judged::all(map, |traffic, x| is_coordinated(map, map.lanes[traffic.movements[x].lane].id)) {
         judged.due = everybody(map, judged.lane);
+        judged.sure.clone_from(&judged.due);
         findings.extend(judged.multi_re());
         findings.extend(re_missing(&judged));
         findings.extend(yields(&judged));
@@ -65,7 +66,7 @@ fn yields(judged: &Judged) -> Vec<Finding> {
         );
         let finding = judged.about("yield", y, message);
         let finding = finding.with(Subject::RegulatoryElement(light.id.0), "virtual traffic light");
-        finding.fixed_by(format!("list {other} as yield"), !judged.shares_elements(), judged.add_yield(y))
+        judged.with_yield(finding, y)
     });
     findings.collect()
 }

@@ -173,8 +173,9 @@ fn a_second_run_changes_nothing() {
     assert!(second.done.is_empty(), "{:?}", second.done);
 }
 
-/// A road to the east in three lanelets, and one of 80 m to the north across the middle one, at a tenth of a metre more height.
-fn crossing() -> OsmData {
+/// A road to the east in three lanelets, and one of 80 m to the north across the middle one, at a tenth of a metre more height; on the
+/// right of it, if so asked, a second lane that is cut 8 m south and 12 m north of the middle, and has a border of its own.
+fn crossing(has_lane_beside: bool) -> OsmData {
     let mut map = Drawing::default();
     let place = |[east, north]: [f64; 2]| [35.25 + north / 110_950.0, 139.72 + east / 91_170.0];
     let mut line = |way: i64, places: &[[f64; 2]], ele: &str| {
@@ -187,38 +188,64 @@ fn crossing() -> OsmData {
     let road = |north: f64| [-45.0, -5.0, 5.0, 45.0].map(|east| [east, north]);
     let [left, right] = [(1, 1.75), (2, -1.75)].map(|(way, north)| line(way, &road(north), "ele=10"));
     let across = [(3, -1.75), (4, 1.75)].map(|(way, east)| line(way, &[[east, -40.0], [east, 40.0]], "ele=10.1"));
+    let beside = has_lane_beside.then(|| {
+        let lane = |east: f64| [-40.0, -8.0, 12.0, 40.0].map(|north| [east, north]);
+        [(7, 1.8), (8, 4.8)].map(|(way, east)| line(way, &lane(east), "ele=10.1"))
+    });
     for (at, way) in [(0, 51), (1, 53), (2, 55)] {
         map.way(way, &left[at..at + 2], "type=road_border");
         map.way(way + 1, &right[at..at + 2], "type=road_border");
     }
     map.way(57, &across[0], "type=road_border");
     map.way(58, &across[1], "type=road_border");
-    for (id, [left, right]) in [(61, [51, 52]), (62, [53, 54]), (63, [55, 56]), (64, [57, 58])] {
+    let mut lanelets = vec![(61, [51, 52]), (62, [53, 54]), (63, [55, 56]), (64, [57, 58])];
+    if let Some([left, right]) = &beside {
+        for (at, way) in [(0, 71), (1, 73), (2, 75)] {
+            map.way(way, &left[at..at + 2], "type=line_thin subtype=solid");
+            map.way(way + 1, &right[at..at + 2], "type=road_border");
+            lanelets.push((way + 10, [way, way + 1]));
+        }
+    }
+    for (id, [left, right]) in lanelets {
         let tags = "type=lanelet subtype=road location=urban one_way=yes speed_limit=40";
         map.relation(id, &[("left", left), ("right", right)], tags);
     }
     map.data()
 }
 
-#[test]
-fn a_road_across_an_intersection_is_cut_before_the_area_is_drawn() {
+/// What the fixes of vm-03-01 do, the map then, and how far its area reaches from south to north, metres.
+fn marked(data: OsmData) -> (Vec<String>, LaneletMap, f64) {
     let (settings, config) = (Settings::default(), Config::default());
     let judge = |data: &OsmData| {
         let mut found = judge_as(&loaded(data), &settings, &config);
         found.retain(|one| one.code.starts_with("vm-03-01/") || one.code.starts_with("load/"));
         Ok::<_, Infallible>(found)
     };
-    let mended = mend(crossing(), true, judge).unwrap();
-    let titles: Vec<&str> = mended.done.iter().map(|one| one.title.as_str()).collect();
-    let area = "draw the area of the intersection, tag its 2 lanelets and say where they turn";
-    assert_eq!(titles, ["cut lanelet 64 where the intersection begins and ends", area]);
+    let mended = mend(data, true, judge).unwrap();
     let map = loaded(&mended.osm).map;
-    assert_eq!(map.lanelets.len(), 6);
     let area = map.polygons.iter().next().unwrap();
     let north = |id: &PointId| map.points.get(*id).unwrap().position.y;
     let [low, high] = area.points.iter().map(north).fold([f64::MAX, f64::MIN], |[a, b], y| [a.min(y), b.max(y)]);
+    (mended.done.into_iter().map(|one| one.title).collect(), map, high - low)
+}
+
+#[test]
+fn a_road_across_an_intersection_is_cut_where_the_lane_beside_it_is_cut() {
+    let (titles, map, reach) = marked(crossing(true));
+    let area = "draw the area of the intersection, tag its 3 lanelets and say where they turn";
+    assert_eq!(titles, ["cut lanelet 64 where the intersection begins and ends", area]);
+    assert_eq!(map.lanelets.len(), 9);
+    assert!((19.9..20.2).contains(&reach), "{reach}: from end to end of the lane beside it");
+}
+
+#[test]
+fn a_road_across_an_intersection_is_cut_before_the_area_is_drawn() {
+    let (titles, map, reach) = marked(crossing(false));
+    let area = "draw the area of the intersection, tag its 2 lanelets and say where they turn";
+    assert_eq!(titles, ["cut lanelet 64 where the intersection begins and ends", area]);
+    assert_eq!(map.lanelets.len(), 6);
     // From 2 m before the road to 2 m behind it.
-    assert!((high - low - 7.5).abs() < 0.05, "{}", high - low);
+    assert!((reach - 7.5).abs() < 0.05, "{reach}");
     let turning = map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("turn_direction"));
     assert_eq!(turning.count(), 2, "the pieces before and behind it are lanes of a road");
 }

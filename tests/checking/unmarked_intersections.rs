@@ -165,6 +165,18 @@ fn who_comes_from_opposite_a_sign_may_have_one_that_is_missing() {
 }
 
 #[test]
+fn without_signs_only_who_turns_off_the_same_road_is_known_to_wait() {
+    let (data, [south, east, turn]) = signed(&[]);
+    let mended = mended(data).osm;
+    assert_eq!(
+        ignored(&mended, south),
+        BTreeSet::from([turn]),
+        "its road goes straight on to where the turn comes from"
+    );
+    assert_eq!([east, turn].map(|lane| ignored(&mended, lane)), [BTreeSet::new(), BTreeSet::new()]);
+}
+
+#[test]
 fn two_signs_settle_who_goes_first() {
     let (data, [south, east, turn]) = signed(&[0, 1]);
     let mended = mended(data).osm;

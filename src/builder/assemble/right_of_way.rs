@@ -106,7 +106,9 @@ impl IntersectionAssembly<'_> {
                 };
                 let signalised = controls[arm] == Control::Signals;
                 let bicycle = path.kind == StripKind::Bicycle;
-                Mover { arm, turn, signalised, priority: ranks.as_ref().map(|ranks| ranks[arm]), bicycle }
+                let priority = ranks.as_ref().map(|ranks| ranks[arm]);
+                // Where some arms have lights, those without give way to them.
+                Mover { arm, turn, signalised, controlled: true, priority, bicycle }
             })
             .collect()
     }

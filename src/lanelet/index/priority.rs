@@ -3,6 +3,7 @@
 use rustc_hash::FxHashSet;
 
 use super::types::{Intersection, MapIndex, Movement, Rank};
+use super::union_find::UnionFind;
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 
@@ -42,6 +43,29 @@ pub(super) fn priorities(
         return (vec![None; count], Rank::Unknown);
     }
     ((0..count).map(|arm| Some(!minor(arm))).collect(), Rank::Known)
+}
+
+/// Whether something makes the vehicles of each movement wait: a light on its carriageway, a stop or give-way sign, or the way out of
+/// private ground. A road that leads through an intersection with signals and has none of these may pass under or over it, though
+/// all is drawn at one height.
+pub(super) fn controlled(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<bool> {
+    let arms: Vec<bool> = (0..intersection.arms.len()).map(|arm| gives_way(map, movements, arm)).collect();
+    let has_light = |lane: usize| map.elements(map.lanes[lane].id, "traffic_light").next().is_some();
+    let is_lit = |movement: &Movement| {
+        has_light(movement.lane) || map.predecessors(movement.lane).iter().any(|&lane| has_light(lane))
+    };
+    let lit: Vec<bool> = movements.iter().map(is_lit).collect();
+    let mut carriageways = UnionFind::new(movements.len());
+    for (x, one) in movements.iter().enumerate() {
+        for (y, other) in movements.iter().enumerate().skip(x + 1) {
+            if one.from == other.from && map.lanes[one.lane].start.touches(&map.lanes[other.lane].start) {
+                carriageways.join(x, y);
+            }
+        }
+    }
+    let roots: Vec<usize> = (0..movements.len()).map(|at| carriageways.root(at)).collect();
+    let lit: FxHashSet<usize> = roots.iter().zip(lit).filter(|(_, lit)| *lit).map(|(root, _)| *root).collect();
+    movements.iter().zip(&roots).map(|(one, root)| lit.contains(root) || arms[one.from]).collect()
 }
 
 /// Whether an approach leads out of private ground or past a stop or give-way sign.

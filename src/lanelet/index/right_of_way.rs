@@ -37,7 +37,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         };
         let signalised = map.is_signalised(map.lanes[lane].id);
         let bicycle = map.lanes[lane].bicycle;
-        let mover = Mover { arm: from, turn, signalised, priority: None, bicycle };
+        let mover = Mover { arm: from, turn, signalised, controlled: true, priority: None, bicycle };
         movements.push(Movement { lane, from, to, mover });
     }
     let together = together(map, intersection, &movements);
@@ -47,9 +47,11 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     let signalised = movements.iter().any(|movement| movement.mover.signalised);
     let mut traffic = Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
     if traffic.signalised {
+        let controlled = priority::controlled(map, intersection, &traffic.movements);
         // A movement without a light gives way to those with one.
-        for movement in &mut traffic.movements {
+        for (at, movement) in traffic.movements.iter_mut().enumerate() {
             movement.mover.priority = Some(movement.mover.signalised);
+            movement.mover.controlled = controlled[at] || !traffic.phases[at].is_empty();
         }
         traffic.rank = Rank::Known;
     } else {
