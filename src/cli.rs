@@ -65,12 +65,12 @@ enum Verb {
     Cut(cut::CutArgs),
     Merge(merge::MergeArgs),
     Diff(diff::DiffArgs),
-    /// Say which projection a map was made with, or put it into another
+    /// Find the projection that a map was made with, or convert the map to another
     #[command(subcommand)]
     Project(project::ProjectVerb),
     Stats(stats::StatsArgs),
     View(view::ViewArgs),
-    /// Say what a rule requires, why, and how to mend what breaks it
+    /// Show what a rule requires, why, and how to mend a map that breaks it
     Explain {
         /// Number of the rule, or a code that a finding shows: vm-03-08, vm-03-08/lane-node-missing
         rule: String,

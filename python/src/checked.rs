@@ -35,7 +35,7 @@ impl Outcome {
     }
 }
 
-/// Hold a Lanelet2 map against Autoware's requirements.
+/// Check a Lanelet2 map against Autoware's requirements.
 ///
 /// What is wrong with the map is not an exception but a finding.
 ///

@@ -38,7 +38,7 @@ pub struct StreetArgs {
     /// List every guess that was made
     #[arg(long)]
     pub guesses: bool,
-    /// Say of each road that may lie inside an intersection whether it was merged, and what decided
+    /// Show for each road that may lie inside an intersection whether it was merged, and why
     #[arg(long)]
     pub explain_merges: bool,
 }

@@ -8,7 +8,7 @@ use crate::report::FailOn;
 use crate::settings::Profile;
 use clap::{Args, ValueEnum};
 
-/// Hold a Lanelet2 map against Autoware's requirements
+/// Check a Lanelet2 map against Autoware's requirements
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
@@ -163,7 +163,7 @@ impl From<FailOnArg> for FailOn {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FormatArg {
-    /// The worst first, what is alike in one entry with its first places, and what to do next
+    /// The worst first, like findings in one entry with the first places, and what to do next
     Text,
     /// Every finding by itself, the worst first: file, line, snippet and help
     Full,

@@ -16,7 +16,7 @@ use crate::api::files;
 use crate::api::load::open_failure;
 use clap::{Args, ValueEnum};
 
-/// Say what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
+/// Show what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
 #[derive(Debug, Args)]
 pub struct DiffArgs {
     /// The map as it was: a .osm file, a directory of them, or a map directory

@@ -10,7 +10,7 @@ use crate::report::failure::Failure;
 use super::args::place;
 use clap::{Args, ValueEnum};
 
-/// Draw a Lanelet2 map as SVG or PNG, with its findings, or its lines as GeoJSON; or how a map comes to be
+/// Draw a Lanelet2 map as SVG or PNG, with its findings, or its lines as GeoJSON; or the steps of `build`
 #[derive(Debug, Args)]
 pub struct DrawArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --stage what

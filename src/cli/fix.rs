@@ -14,7 +14,7 @@ use super::fix_pictures;
 use super::output::{self, Progress};
 use clap::Args;
 
-/// Mend a Lanelet2 map in place, changing only the lines it must; what makes a new error is not kept
+/// Mend a Lanelet2 map in place, changing no more lines than necessary; a fix that causes a new error is not kept
 #[derive(Debug, Args)]
 pub struct FixArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml

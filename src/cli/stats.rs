@@ -12,7 +12,7 @@ use super::output::{self, Progress};
 use crate::api::{Configuration, Loaded};
 use clap::{Args, ValueEnum};
 
-/// Say what a Lanelet2 map contains: counts, lengths, widths, curvature, what hangs together, what it lacks
+/// Show what a Lanelet2 map contains: counts, lengths, widths, curvature, connected parts, what it lacks
 #[derive(Debug, Args)]
 pub struct StatsArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml

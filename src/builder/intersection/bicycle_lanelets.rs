@@ -145,7 +145,7 @@ impl BicycleLaneEnds {
         let ends: Vec<MovementEnds> =
             movements.iter().map(|&m| (m, &self.into[m.in_lane].end, &self.out[m.out_lane].end)).collect();
         let key = intersection_key("cycle path", intersection);
-        let centerlines = ends.iter().copied().zip(turn_centerlines(&ends)).collect();
+        let centerlines = ends.iter().copied().zip(turn_centerlines(&ends, |_, _| None)).collect();
         drawn.add(assembly, network.side, key, centerlines, &BicycleTags { network, intersection, ends: self });
         drawn
     }

@@ -39,7 +39,7 @@ pub fn assign_lanes(
         }
         all.append(&mut approach.movements);
     }
-    reach_all(arms, &mut all);
+    reach_all(arms, &mut all, &[]);
     all.sort_unstable();
     all.dedup();
     all
@@ -291,28 +291,64 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
     pairs(shift).collect()
 }
 
-/// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out.
-pub fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
+/// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out, unless there is no room
+/// for that.
+pub fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>, no_room: &[Movement]) {
     for (to, arm) in arms.iter().enumerate() {
         // Outward from the lanes that are reached: each lane follows a neighbour, at the latest in the last round.
         for out in (0..arm.out.len()).cycle().take(arm.out.len() * arm.out.len()) {
             let reached = all.iter().any(|m| (m.to, m.out_lane) == (to, out));
-            if !reached && let Some(movement) = neighbour_movement(arms, all, to, out) {
-                all.push(Movement { out_lane: out, ..movement });
+            if !reached && let Some(movement) = neighbour_movement(arms, all, no_room, (to, out)) {
+                all.push(movement);
             }
         }
     }
 }
 
-/// The movement to a lane beside this lane out that can fan out to it without crossing others: rather one from a lane of the
-/// same kind, then the straightest.
-fn neighbour_movement(arms: &[&Arm], all: &[Movement], to: usize, out: usize) -> Option<Movement> {
+/// Leads the lanes in from which there was no room for a movement, and that have no other, to where the lanes beside them lead, if they
+/// can to the same arm as before: two lanes become one.
+pub fn lead_on(arms: &[&Arm], all: &mut Vec<Movement>, no_room: &[Movement]) {
+    for lost in no_room.iter().cycle().take(no_room.len() * no_room.len()) {
+        let leads_on = all.iter().any(|m| (m.from, m.in_lane) == (lost.from, lost.in_lane));
+        if !leads_on && let Some(movement) = beside_movement(arms, all, no_room, lost) {
+            all.push(movement);
+        }
+    }
+}
+
+/// The movement of a lane in that led to where a lane of the same kind beside it leads: on the arm of the lost movement if it can, and
+/// else to the arm and lane nearest to its own side, so that the two lanes keep their order.
+fn beside_movement(arms: &[&Arm], all: &[Movement], no_room: &[Movement], lost: &Movement) -> Option<Movement> {
+    let kind = |lane: usize| arms[lost.from].into[lane].kind;
+    let alike = all.iter().filter(|m| {
+        m.from == lost.from && m.in_lane.abs_diff(lost.in_lane) == 1 && kind(m.in_lane) == kind(lost.in_lane)
+    });
+    let rank = |m: &&Movement| {
+        // Arms are clockwise: the first after this one lies to the left.
+        let place = ((m.to + arms.len() - m.from) % arms.len(), m.out_lane);
+        let from_own_side = if lost.in_lane < m.in_lane { place } else { (arms.len() - place.0, usize::MAX - place.1) };
+        (m.to != lost.to, from_own_side, m.in_lane)
+    };
+    let possible = alike.filter(|m| !no_room.contains(&Movement { in_lane: lost.in_lane, ..**m }));
+    possible.min_by_key(rank).map(|m| Movement { in_lane: lost.in_lane, ..*m })
+}
+
+/// The movement to a lane out that fans out from one to a lane beside it without crossing others: rather from a lane of the same kind,
+/// then the straightest.
+fn neighbour_movement(
+    arms: &[&Arm],
+    all: &[Movement],
+    no_room: &[Movement],
+    (to, out): (usize, usize),
+) -> Option<Movement> {
     let rank = |m: &Movement| {
         let other_kind = arms[m.from].into[m.in_lane].kind != arms[to].out[out].kind;
         (other_kind, angle_between(arms[m.from].inward, -arms[to].inward).abs())
     };
     let neighbours = all.iter().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !would_cross(all, m, out));
-    neighbours.min_by(|a, b| compare(rank(a), rank(b)).then(a.cmp(b))).copied()
+    let possible = neighbours.filter(|m| !no_room.contains(&Movement { out_lane: out, ..**m }));
+    let best = possible.min_by(|a, b| compare(rank(a), rank(b)).then(a.cmp(b)))?;
+    Some(Movement { out_lane: out, ..*best })
 }
 
 /// Whether a movement would cross another between the same arms if it led to this lane out instead.

@@ -4,6 +4,7 @@ pub mod area_outline;
 pub mod bicycle_lanelets;
 pub mod conflict;
 pub(crate) mod lane_assignment;
+pub mod lane_reassignment;
 pub mod movement;
 pub mod movement_types;
 pub mod roundabout;

@@ -9,7 +9,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, cross, curve};
 
-use super::lane_assignment::{assign_lanes, reach_all};
+use super::lane_assignment::{assign_lanes, lead_on, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
 use super::turn_centerline::common_ground;
 
@@ -57,7 +57,8 @@ pub fn movements(
 }
 
 /// The movements without those for which there is no room. A lane to which no movement is left is reached by a movement beside it,
-/// which fans out. `None` if all lanes are reached without that, or if no movement can fan out.
+/// which fans out; a lane from which none is left leads to where the lane beside it leads. `None` if all lanes have a movement without
+/// that, or if none gets one.
 pub fn movements_instead(
     lanes: &Lanes,
     intersection: &Intersection,
@@ -70,9 +71,10 @@ pub fn movements_instead(
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut instead: Vec<Movement> = all.iter().filter(|movement| !no_room.contains(movement)).copied().collect();
     let left = instead.len();
-    reach_all(&arms, &mut instead);
+    lead_on(&arms, &mut instead, no_room);
+    reach_all(&arms, &mut instead, no_room);
     instead.sort_unstable();
-    (instead.len() > left && !no_room.iter().any(|movement| instead.contains(movement))).then_some(instead)
+    (instead.len() > left).then_some(instead)
 }
 
 /// The arms to which the restrictions allow to go from an arm, from left to right as one drives in.

@@ -26,8 +26,10 @@ pub type MovementEnds<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
 /// A centre line with its shapes to choose from.
 struct TurnCenterline {
-    /// The smoothest, then by handles, then with straight parts; `None` where it would bend too tightly.
+    /// The smoothest, then by handles, then with straight parts; `None` where it would bend too tightly. One that leads around the
+    /// island of a roundabout has no other shapes.
     shapes: Vec<Option<Shape>>,
+    around_island: bool,
     chosen: usize,
     /// The centre lines from the neighbouring lanes that part from it, by index.
     neighbours: Vec<usize>,
@@ -73,19 +75,26 @@ impl Outline {
 
 /// Area in square metres that the lanelets of two movements cover both, drawn as far apart as they can be.
 pub fn common_ground(ends: [MovementEnds; 2]) -> f64 {
-    let poses = turn_centerlines(&ends);
+    let poses = turn_centerlines(&ends, |_, _| None);
     match &poses[..] {
         [a, b] => Outline::new(&ends[0], a).shared(&Outline::new(&ends[1], b)),
         _ => 0.0,
     }
 }
 
-/// The poses of all movements, in their order.
-pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
+/// The poses of all movements, in their order. `around` gives the way of a movement around the island of a roundabout instead of its
+/// direct one, if it has to go around: then its neighbours keep clear of it.
+pub fn turn_centerlines(
+    ends: &[MovementEnds],
+    around: impl Fn(&MovementEnds, &[Pose]) -> Option<Vec<Pose>>,
+) -> Vec<Vec<Pose>> {
     let bundles = bundles(ends);
-    let with_neighbours = |(i, poses): (usize, Vec<Pose>)| {
+    let with_neighbours = |(i, direct): (usize, Vec<Pose>)| {
         let neighbours = (0..ends.len()).filter(|&j| j != i && part(&ends[i].0, &ends[j].0)).collect();
-        TurnCenterline { shapes: vec![Some(Shape::new(poses))], chosen: 0, neighbours }
+        let around = around(&ends[i], &direct);
+        let around_island = around.is_some();
+        let shapes = vec![Some(Shape::new(around.unwrap_or(direct)))];
+        TurnCenterline { shapes, around_island, chosen: 0, neighbours }
     };
     let lines = smoothest(ends, &bundles).into_iter().enumerate().map(with_neighbours).collect();
     let mut all = TurnCenterlines { ends, lines, shared: RefCell::default() };
@@ -187,8 +196,8 @@ impl TurnCenterlines<'_> {
     /// Adds the shapes by handles and with straight parts to a line that has only the smoothest.
     fn add_shapes(&mut self, i: usize) {
         let (_, from, to) = self.ends[i];
-        let shapes = &mut self.lines[i].shapes;
-        if shapes.len() > 1 {
+        let TurnCenterline { shapes, around_island, .. } = &mut self.lines[i];
+        if *around_island || shapes.len() > 1 {
             return;
         }
         let least = RADIUS_LEAST.min(shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
@@ -282,7 +291,7 @@ mod tests {
         let alone = ends.map(|end| Outline::new(&end, &curve::join(end.1.pose, end.2.pose)));
         let apart = alone[0].shared(&alone[1]);
         assert!(apart > 5.0, "{apart} m2");
-        let poses = turn_centerlines(&ends);
+        let poses = turn_centerlines(&ends, |_, _| None);
         let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
         let left = outlines[0].shared(&outlines[1]);
         assert!(left < 0.5, "{left} m2 remain");
@@ -300,7 +309,7 @@ mod tests {
             (movement(2, 2, 0), &into[2], &out[2]),
         ];
         assert_eq!(bundles(&ends), [0, 0, 2]);
-        let poses = turn_centerlines(&ends);
+        let poses = turn_centerlines(&ends, |_, _| None);
         let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
         let turns = outlines[0].shared(&outlines[1]);
         // What remains between two cubics of unlike length is taken away where their common bound runs midway.

@@ -101,12 +101,11 @@ pub fn turning_lanelets(
     let ends = |m: &Movement| Some((*m, arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
     let ends: Vec<MovementEnds> = movements.iter().filter_map(ends).collect();
     let ring = CirculatingRing::of(intersection);
-    let centerlines = ends.iter().copied().zip(turn_centerlines(&ends)).map(|(ends, direct)| {
-        let (movement, from, to) = ends;
+    let around = |(movement, from, to): &MovementEnds, direct: &[Pose]| {
         let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
-        let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], &direct));
-        (ends, around.unwrap_or(direct))
-    });
+        ring.as_ref()?.around(roads, [from.pose, to.pose], direct)
+    };
+    let centerlines = ends.iter().copied().zip(turn_centerlines(&ends, around));
     let tags = VehicleTags { network, lanes, arms: &arms, paint: paint(intersection), known: RefCell::default() };
     let mut drawn = DrawnMovements::default();
     drawn.add(assembly, network.side, intersection_key("path", intersection), centerlines.collect(), &tags);

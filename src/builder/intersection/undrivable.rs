@@ -27,7 +27,7 @@ const TOUCHING: f64 = 0.01;
 /// roads and lanes end, and those of the roads inside.
 pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Point>) -> Vec<Movement> {
     let mut left: Vec<&TurningLanelet> = paths.iter().collect();
-    let mut corners: Vec<&TurningLanelet> = paths.iter().filter(|path| path.corner > CORNER).collect();
+    let mut corners: Vec<&TurningLanelet> = paths.iter().filter(|path| begins_or_ends_in_corner(path)).collect();
     corners.sort_by(|a, b| b.corner.total_cmp(&a.corner).then(a.movement.cmp(&b.movement)));
     let mut dropped: Vec<Movement> = corners.into_iter().filter_map(|path| drop_needless(&mut left, path)).collect();
     let hull = polygon::convex_hull(within);
@@ -45,6 +45,38 @@ pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Poi
     }
     dropped.sort_unstable();
     dropped
+}
+
+/// Whether a lanelet begins or ends in a corner.
+pub fn begins_or_ends_in_corner(path: &TurningLanelet) -> bool {
+    path.corner > CORNER
+}
+
+/// Movements that no car can drive, though their lanes need them.
+#[derive(Debug, Default, PartialEq)]
+pub struct UndrivableMovements {
+    /// Those that begin or end in a corner.
+    pub corners: Vec<Movement>,
+    /// Those that run into each other.
+    pub pairs: Vec<[Movement; 2]>,
+}
+
+impl UndrivableMovements {
+    /// Of the lanelets of one intersection, in order of their movements.
+    pub fn of(paths: &[TurningLanelet]) -> Self {
+        let corners = paths.iter().filter(|path| begins_or_ends_in_corner(path)).map(|path| path.movement).collect();
+        let beside = |(i, a): (usize, &'_ TurningLanelet)| {
+            let (from, others) = (a.movement.from, &paths[i + 1..]);
+            let into = others.iter().take_while(move |b| b.movement.from == from).filter(|b| run_into_each_other(a, b));
+            into.map(|b| [a.movement, b.movement]).collect::<Vec<_>>()
+        };
+        Self { corners, pairs: paths.iter().enumerate().flat_map(beside).collect() }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.corners.len() + self.pairs.len()
+    }
 }
 
 /// How far points reach out of a convex ring, which is clockwise, metres, measured from the lines of its edges.

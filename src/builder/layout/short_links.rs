@@ -2,8 +2,10 @@
 
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
+use crate::builder::intersection::undrivable::begins_or_ends_in_corner;
 use crate::builder::lanes::road_cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx};
+use crate::geometry::curve;
 use crate::geometry::pose::{self, Pose};
 
 use super::map_layout::Layout;
@@ -17,6 +19,8 @@ const TURN_MOST: f64 = 150.0;
 /// A turn moves a cut by at least this, metres.
 pub const SETBACK_LEAST: f64 = 0.2;
 const SETBACK_MOST: f64 = 12.0;
+/// A turn with this part of the largest radius is as good.
+const WIDE: f64 = 0.9;
 /// Lengths of roads that differ by less than this, metres, are the same.
 const SAME: f64 = 0.05;
 
@@ -49,15 +53,49 @@ pub fn room_for_turns(layout: &mut Layout) -> Vec<(RoadEnd, f64)> {
 
 fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
     let setback = |(at, lack): (RoadEnd, f64)| {
-        let room = layout.left(at.road) - ROAD_LEFT;
-        let roomy = room > SETBACK_LEAST && !layout.network.road(at.road).roundabout;
-        roomy.then(|| (at, (layout.setback(at) + lack.min(room)).min(SETBACK_MOST)))
+        let room = room(layout, at)?;
+        Some((at, (layout.setback(at) + lack.min(room)).min(SETBACK_MOST)))
     };
     let all = layout.network.intersections.iter().zip(&layout.turning).flat_map(|(at, turning)| {
         let drawn = turning.as_ref().filter(|turning| !turning.turns_asked);
-        drawn.into_iter().flat_map(|turning| lacking(layout, at, &turning.drawn.paths, turn_tangents))
+        drawn.into_iter().flat_map(|turning| {
+            let paths = &turning.drawn.paths;
+            lacking(layout, at, paths, turn_tangents).chain(lacking_at_corners(layout, at, paths))
+        })
     });
     all.filter_map(setback).collect()
+}
+
+/// How far a road can be cut back, metres; `None` if it cannot. The pieces of a ring are not cut back.
+fn room(layout: &Layout, at: RoadEnd) -> Option<f64> {
+    let room = layout.left(at.road) - ROAD_LEFT;
+    (room > SETBACK_LEAST && !layout.network.road(at.road).roundabout).then_some(room)
+}
+
+/// The ends of roads at which a lanelet begins or ends in a corner, and how much farther back, metres, they would have to be cut for a
+/// turn that a car can take, or for the widest one there is.
+fn lacking_at_corners<'a>(
+    layout: &'a Layout,
+    at: &'a Intersection,
+    paths: &'a [TurningLanelet],
+) -> impl Iterator<Item = (RoadEnd, f64)> + 'a {
+    let lack = move |path: &TurningLanelet| {
+        let Movement { from, to, in_lane, out_lane } = path.movement;
+        let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
+        let roomy = arms.map(|arm| room(layout, arm).is_some());
+        let into = layout.lanes.arm(arms[0]).into.get(in_lane)?.pose;
+        let out = layout.lanes.arm(arms[1]).out.get(out_lane)?.pose;
+        let moved = |pose: Pose, by: f64| Pose { point: pose.point + pose.heading * by, ..pose };
+        let radius = |metres: usize| {
+            let [before, behind] = roomy.map(|roomy| if roomy { metres as f64 } else { 0.0 });
+            curve::radius(&curve::join(moved(into, -before), moved(out, behind))).min(CAR_RADIUS)
+        };
+        let radii: Vec<f64> = (0..=SETBACK_MOST as usize).map(radius).collect();
+        let widest = radii.iter().fold(0.0, |most: f64, radius| most.max(*radius));
+        let by = radii.iter().position(|radius| *radius >= WIDE * widest)?;
+        Some(arms.map(|arm| (arm, by as f64)))
+    };
+    paths.iter().filter(|path| begins_or_ends_in_corner(path)).filter_map(lack).flatten()
 }
 
 /// The tangents of a turn, metres, and its change of direction, radians. A tangent is negative if the turn begins or ends beyond the

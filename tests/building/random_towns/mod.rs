@@ -26,9 +26,9 @@ use streets::Grid;
 
 /// Towns of the slice.
 const TOWNS: u64 = 40;
-/// At most one town in this number may have errors. Most of these are at wide roads that lead onto a small roundabout, at turns without
-/// room, and at lanes that diverge and overlap.
-const OF: usize = 16;
+/// At most one town in this number may have errors. Most of these are at wide roads that lead onto a small roundabout, and at turns
+/// without room.
+const OF: usize = 20;
 
 /// Streets between car parks of the slice, and the number of which one may have errors.
 const ARTERIALS: u64 = 40;
@@ -114,10 +114,13 @@ fn few_towns_have_errors() {
 }
 
 /// Bicycle lanelets between bounds that would squeeze them; shoulders along a lanelet of an intersection; lanes at the median of a divided
-/// road that only a U-turn reaches.
+/// road that only a U-turn reaches; lanes beside one that leads around the island of a roundabout; lanes side by side that would
+/// change sides; turns that begin in a corner; lanes in for whose turn there is no room.
 #[test]
 fn corners_of_towns_have_no_errors() {
-    for seed in [53, 149, 178, 243, 89, 383, 298, 370] {
+    let seeds = [53, 149, 178, 243, 89, 383, 298, 370];
+    let mended = [64, 159, 679, 714, 419, 492, 589, 592, 103, 173, 216, 569, 242];
+    for seed in seeds.into_iter().chain(mended) {
         let (xml, left_hand) = town(seed);
         let found = errors(&xml, left_hand);
         assert!(found.is_empty(), "town {seed}: {found:?}");

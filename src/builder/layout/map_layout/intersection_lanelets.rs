@@ -6,12 +6,13 @@ use crate::builder::intersection::bicycle_lanelets::{
     BicycleLaneEnds, BicycleMovements, BicycleTurns, has_bicycle_lanes,
 };
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
+use crate::builder::intersection::lane_reassignment::reassignments;
 use crate::builder::intersection::movement::{movements, movements_instead};
 use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
 };
-use crate::builder::intersection::undrivable::undrivable;
+use crate::builder::intersection::undrivable::{UndrivableMovements, undrivable};
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::approach_control::{Control, sign_at};
@@ -74,7 +75,41 @@ struct Outlined {
     fits_bicycles: bool,
 }
 
+/// Movements, and the lanelets drawn for them.
+struct Drawing {
+    all: Vec<Movement>,
+    drawn: DrawnMovements,
+    part: MapPart,
+}
+
 impl<'a> Site<'a> {
+    /// Draws the lanelets of movements. The list of dropped movements keeps those of earlier drawings.
+    fn draw(&self, all: Vec<Movement>, dropped: Vec<Movement>) -> Drawing {
+        let mut builder = self.builder(MapPart::default());
+        let mut drawn = turning_lanelets(&mut builder, self.network, self.lanes, self.intersection, &all);
+        drawn.dropped.extend(dropped);
+        drawn.dropped.sort_unstable();
+        Drawing { all, drawn, part: builder.into_part() }
+    }
+
+    /// Assigns lanes otherwise as long as fewer movements are undrivable then.
+    fn reassigned(&self, mut drawing: Drawing) -> Drawing {
+        let mut undrivable = UndrivableMovements::of(&drawing.drawn.paths);
+        while undrivable.count() > 0 {
+            let Self { restrictions, lanes, intersection, .. } = *self;
+            let others = reassignments(restrictions, lanes, intersection, &drawing.all, &undrivable);
+            let better = others.into_iter().find_map(|all| {
+                let other = self.draw(all, drawing.drawn.dropped.clone());
+                let left = UndrivableMovements::of(&other.drawn.paths);
+                let fits = other.drawn.dropped.len() == drawing.drawn.dropped.len();
+                (fits && left.count() < undrivable.count()).then_some((other, left))
+            });
+            let Some(found) = better else { break };
+            (drawing, undrivable) = found;
+        }
+        drawing
+    }
+
     fn builder(&self, part: MapPart) -> MapBuilder<'a> {
         let mut builder = MapBuilder::resume(self.below, part);
         builder.set_ground(self.lanes.ground_of(self.intersection, self.below));
@@ -137,28 +172,21 @@ impl IntersectionLanelets {
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
         let mut plan = movements(network.side, site.restrictions, lanes, intersection);
-        // The list of dropped movements keeps those of earlier drawings.
-        let draw = |all: &[Movement], dropped: Vec<Movement>| {
-            let mut builder = site.builder(MapPart::default());
-            let mut drawn = turning_lanelets(&mut builder, network, lanes, intersection, all);
-            drawn.dropped.extend(dropped);
-            drawn.dropped.sort_unstable();
-            (drawn, builder.into_part())
-        };
-        let (mut drawn, mut part) = draw(&plan.all, Vec::new());
-        if let Some(all) = movements_instead(lanes, intersection, &plan.all, &drawn.dropped) {
-            (drawn, part) = draw(&all, drawn.dropped);
-            plan.all = all;
+        let mut drawing = site.draw(plan.all, Vec::new());
+        if let Some(all) = movements_instead(lanes, intersection, &drawing.all, &drawing.drawn.dropped) {
+            drawing = site.draw(all, drawing.drawn.dropped);
         }
         let arms = intersection.arms.iter().map(|at| lanes.arm(*at));
         let ends = arms.flat_map(|arm| arm.into.iter().chain(&arm.out)).flat_map(|lane| lane.places);
         let roads = intersection.arms.iter().map(|at| network.road(at.road).place(at.end));
         let inner = intersection.inner.iter().flat_map(|inner| inner.line.points()).copied();
-        let needless = undrivable(&drawn.paths, ends.chain(roads).chain(inner));
+        let needless = undrivable(&drawing.drawn.paths, ends.chain(roads).chain(inner));
         if !needless.is_empty() {
-            plan.all.retain(|movement| !needless.contains(movement));
-            (drawn, part) = draw(&plan.all, [drawn.dropped, needless].concat());
+            drawing.all.retain(|movement| !needless.contains(movement));
+            drawing = site.draw(drawing.all, [drawing.drawn.dropped, needless].concat());
         }
+        let (drawn, part);
+        Drawing { all: plan.all, drawn, part } = site.reassigned(drawing);
         Self {
             plan,
             drawn,
