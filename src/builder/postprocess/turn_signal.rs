@@ -21,6 +21,9 @@ const TIME: f64 = 3.0;
 const DEFAULT_SPEED: f64 = 50.0;
 /// The distance, metres, from the end of the opposite turn to the start of the signal.
 const CLEARANCE: f64 = 0.1;
+/// The least part of the length of the shorter bound that a centre line has: it is shorter than both where they bend at different
+/// places.
+const OF_BOUND: f64 = 0.98;
 /// Lengths are whole millimetres, which have a total order.
 const PER_METRE: f64 = 1e3;
 
@@ -47,7 +50,7 @@ struct Link {
     /// The points at which it ends.
     end: Option<[PointId; 2]>,
     turn: Option<TurnDirection>,
-    /// The length of its shorter bound, millimetres: never more than the distance driven.
+    /// The least length of its centre line, millimetres.
     length: u64,
 }
 
@@ -63,7 +66,14 @@ impl Link {
         };
         let [left, right] = lines.map(|line| reaches[line?].map(|reach| reach.length)).map(Option::unwrap_or_default);
         let turn = lanelet.attributes.get("turn_direction").and_then(TurnDirection::parse);
-        Self { start: edge(false), end: edge(true), turn, length: (left.min(right) * PER_METRE) as u64 }
+        let [start, end] = [false, true].map(edge);
+        let middle = |ids: [PointId; 2]| {
+            let [left, right] = ids.map(|id| map.points.get(id).map(|point| point.position));
+            Some(nalgebra::center(&left?, &right?))
+        };
+        let chord = start.and_then(middle).zip(end.and_then(middle)).map_or(0.0, |(from, to)| (to - from).norm());
+        let length = chord.max(OF_BOUND * left.min(right)).min(left.max(right));
+        Self { start, end, turn, length: (length * PER_METRE) as u64 }
     }
 }
 
@@ -120,13 +130,14 @@ mod tests {
     use crate::builder::ids::Key;
     use crate::builder::map::map_builder::{MapBuilder, MapPart};
     use crate::geometry::Point;
-    use crate::lanelet::index::reaches;
+    use crate::lanelet::index::{center_line, reaches};
     use crate::lanelet::{Attributes, LaneletId};
 
     use super::*;
 
-    /// Three lanelets in a row, each of this length, metres: a right turn, a straight lane, a left turn.
-    fn row(length: f64) -> (LaneletMap, LaneletId) {
+    /// Three lanelets in a row, each of this length, metres: a right turn, a straight lane, a left turn. The bounds of each bend outward
+    /// by `bend`, metres: the left one in its first half, the right one in its second half.
+    fn row(length: f64, bend: f64) -> (LaneletMap, LaneletId) {
         let mut assembly = MapBuilder::default();
         let key = |word: &'static str, i: i64| Key::new("row").word(word).number(i);
         let points: Vec<[PointId; 2]> = (0..4)
@@ -141,9 +152,12 @@ mod tests {
         let mut last = LaneletId(0);
         for (i, turn) in [Some("right"), None, Some("left")].into_iter().enumerate() {
             let n = i as i64;
-            let mut bound = |word, side: usize| Bound {
-                line: assembly.line(key(word, n), vec![points[i][side], points[i + 1][side]], Attributes::of(&[])),
-                inverted: false,
+            let mut bound = |word, side: usize| {
+                let [x, part] = [[-bend, 0.25], [3.0 + bend, 0.75]][side];
+                let y = length * (i as f64 + part);
+                let middle = assembly.point(key(word, n).word("middle"), Point::new(x, y), 0.0);
+                let nodes = vec![points[i][side], middle, points[i + 1][side]];
+                Bound { line: assembly.line(key(word, n), nodes, Attributes::of(&[])), inverted: false }
             };
             let (left, right) = (bound("left line", 0), bound("right line", 1));
             let mut attributes = Attributes::of(&[("speed_limit", "36")]);
@@ -155,8 +169,8 @@ mod tests {
         (assembly.finish(MapPart::default()), last)
     }
 
-    fn distance(length: f64) -> Option<String> {
-        let (mut map, last) = row(length);
+    fn distance(length: f64, bend: f64) -> Option<String> {
+        let (mut map, last) = row(length, bend);
         let reaches = reaches(&map);
         limit_turn_signals(&mut map, &reaches);
         map.lanelets.get(last)?.attributes.get("turn_signal_distance").map(str::to_owned)
@@ -164,12 +178,21 @@ mod tests {
 
     #[test]
     fn a_near_opposite_turn_limits_the_distance() {
-        assert_eq!(distance(25.0).as_deref(), Some("24.9"));
+        assert_eq!(distance(25.0, 0.0).as_deref(), Some("24.9"));
+    }
+
+    #[test]
+    fn the_distance_is_no_longer_than_a_centre_line_that_is_shorter_than_both_bounds() {
+        let (map, _) = row(25.0, 2.0);
+        let lane = map.lanelets.as_slice().iter().find(|lanelet| !lanelet.attributes.has("turn_direction")).unwrap();
+        let center = center_line(&map.bound_line(lane.left), &map.bound_line(lane.right)).unwrap().length();
+        let signal: f64 = distance(25.0, 2.0).unwrap().parse().unwrap();
+        assert!((24.5..center).contains(&signal), "{signal} m, the centre line has {center} m");
     }
 
     #[test]
     fn a_far_opposite_turn_does_not() {
         // 30 m and three seconds at 10 m/s.
-        assert_eq!(distance(61.0), None);
+        assert_eq!(distance(61.0, 0.0), None);
     }
 }
