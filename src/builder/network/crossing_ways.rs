@@ -53,8 +53,8 @@ pub(super) fn cut_at_crossings(
         }
         let [a, b] = segments.each_ref().map(id);
         let message = format!(
-            "ways {a} and {b} cross without a common node, on one level: an intersection on which nobody turns; \
-             join them there, or tag the bridge"
+            "ways {a} and {b} cross without a common node, on one level: an intersection on which nobody turns unless \
+             one of them ends there; join them, or tag the bridge"
         );
         let note = Finding::new("crossing-without-node", Subject::Way(a), message).graded(Severity::Info);
         notes.push(note.with(Subject::Way(b), "crossed"));
