@@ -42,7 +42,8 @@ impl Surroundings {
     }
 
     /// Updates `adjacency`, which holds the neighbours of the `active` roads, after some roads moved. Returns the roads that are
-    /// active next: those beside others, and those that moved.
+    /// active next: those beside others, and those that moved. A road that others have come to is active at once, whatever happens
+    /// to it elsewhere.
     pub fn update(
         &self,
         adjacency: &mut Adjacency,
@@ -63,6 +64,13 @@ impl Surroundings {
         let search = OverlapSearch { roads: &roads.made, hints };
         adjacency.extend(search.find(&fresh, &around));
         adjacency.extend(search.find(&known, moved));
+        let mut reached: Vec<usize> = adjacency.keys().map(|(_, b)| *b).filter(|road| !has(&next, *road)).collect();
+        sort_unique(&mut reached);
+        let around = self.of(&reached);
+        roads.make(&around);
+        adjacency.extend(OverlapSearch { roads: &roads.made, hints }.find(&reached, &around));
+        next.extend(reached);
+        sort_unique(&mut next);
         next
     }
 }
