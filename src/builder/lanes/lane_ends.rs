@@ -14,6 +14,7 @@ use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
 use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::{angle_between, cross};
+use crate::lanelet::index::HEADING_REACH;
 use crate::parallel::Finely;
 
 use super::gore::level_cuts;
@@ -303,14 +304,15 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
-/// Moves each cut that lies in a tight bend, or where one begins, to the nearest place behind which the road goes on straight:
-/// in a bend the lanes on the inside would change direction at the cut. A cut moves up the road, so that the bend becomes a part of the
-/// turn, or back toward the least cut, as far as the `firm` part of its setback allows.
+/// Moves each cut that lies in a bend, or where one begins, to the nearest place behind which the road goes on straight: in a
+/// bend the lanes on the inside would change direction at the cut, and the turn would begin where the bend does not yet end. A cut
+/// moves up the road, so that the bend becomes a part of the turn, or back toward the least cut, as far as the `firm` part of its
+/// setback allows.
 fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
-    const STRAIGHT: f64 = 1.5;
-    /// ... or bends by no more than this, degrees, ...
-    const BEND_MOST: f64 = 20.0;
+    const STRAIGHT: f64 = HEADING_REACH;
+    /// ... or bends by no more than the first of these, degrees, or else by no more than the second, ...
+    const BENDS_MOST: [f64; 2] = [10.0, 20.0];
     /// ... and over half its width by no more than this: beyond it nothing is left of the edge on the inside.
     const INNER_BEND_MOST: f64 = 40.0;
     /// A cut moves by at most this, metres, or out of a right angle as tight as the road can bend, ...
@@ -321,17 +323,16 @@ fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: St
     for end in End::BOTH {
         let room = (kept[1] - kept[0] - ROAD_LEFT).max(0.0);
         let back = (from_cut(least, end, kept[end]) - firm[end]).max(0.0);
-        let is_clear = |depth: &f64| {
-            let place = at_depth(kept, end, *depth);
-            let bend = |behind: f64| {
-                let headings = [place, at_depth([place; 2], end, behind)].map(|station| inward(road, end, station));
-                angle_between(headings[0], headings[1]).abs().to_degrees()
-            };
-            bend(STRAIGHT) <= BEND_MOST && bend(half) <= INNER_BEND_MOST
+        let bend = |[depth, behind]: [f64; 2]| {
+            let headings = [depth, depth + behind].map(|depth| inward(road, end, at_depth(kept, end, depth)));
+            angle_between(headings[0], headings[1]).abs().to_degrees()
         };
         let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST.max(2.0 * half));
         let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
-        kept[end] = at_depth(kept, end, both_ways.into_iter().find(is_clear).unwrap_or(0.0));
+        let is_clear =
+            |depth: f64, most: f64| bend([depth, STRAIGHT]) <= most && bend([depth, half]) <= INNER_BEND_MOST;
+        let clear = BENDS_MOST.iter().find_map(|most| both_ways.clone().find(|depth| is_clear(*depth, *most)));
+        kept[end] = at_depth(kept, end, clear.unwrap_or(0.0));
     }
     kept
 }
