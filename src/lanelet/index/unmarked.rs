@@ -277,7 +277,7 @@ impl MapIndex<'_> {
     }
 
     /// Some lanes of a carriageway, and those side by side with them.
-    fn carriageway(&self, some: &[usize]) -> Vec<usize> {
+    pub(super) fn carriageway(&self, some: &[usize]) -> Vec<usize> {
         let mut all = some.to_vec();
         let mut at = 0;
         while let Some(&one) = all.get(at).filter(|_| all.len() < WIDEST) {

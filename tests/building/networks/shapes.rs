@@ -219,6 +219,32 @@ fn only_who_leaves_private_ground_needs_an_area_at_a_roundabout() {
 }
 
 #[test]
+fn a_roundabout_with_two_lanes_is_no_unmarked_intersection_though_its_outer_lane_only_leads_out() {
+    const RING: i64 = 24;
+    for side in SIDES {
+        let ring = (0..RING).map(|i| {
+            let angle = i as f64 * std::f64::consts::TAU / RING as f64;
+            (i + 1, 25.0 * angle.cos(), 25.0 * angle.sin(), "")
+        });
+        let far = [(31, 120.0, 14.0), (32, 120.0, -14.0), (33, -120.0, -14.0), (34, -120.0, 14.0)];
+        let nodes: Vec<_> = ring.chain(far.map(|(id, east, north)| (id, east, north, ""))).collect();
+        let around: Vec<i64> = (1..=RING).chain([1]).collect();
+        let (leaving, joining) = ("highway=secondary oneway=yes lanes=2", "highway=secondary oneway=yes lanes=1");
+        let ways: [(i64, &[i64], &str); 5] = [
+            (40, &around, "highway=secondary junction=roundabout oneway=yes lanes=2"),
+            (41, &[2, 31], leaving),
+            (42, &[32, 24], joining),
+            (43, &[14, 33], leaving),
+            (44, &[34, 12], joining),
+        ];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let found = found(&map, &settings);
+        assert!(map.lanelets.len() > 20, "{side:?}");
+        assert!(!found.iter().any(|code| code == "vm-03-01/unmarked"), "{side:?} {found:?}");
+    }
+}
+
+#[test]
 fn a_street_that_leads_over_a_ring_has_areas_where_it_crosses() {
     for side in SIDES {
         let ring = (0..24).map(|i| {
