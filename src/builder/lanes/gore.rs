@@ -27,8 +27,12 @@ const LEVEL: f64 = 0.05;
 /// Roads that differ in height by more than this, metres, share no corner. There is no room for a wall within [`GAP`];
 /// smaller steps come from ramps of different lengths, whose grades are not well known.
 const STEP: f64 = 0.5;
-/// The largest change of a setback, metres, by which a road is cut level with its neighbour.
+/// The largest change of a setback, metres, by which a road is cut level with its neighbour ...
 const LEVEL_MOST: f64 = 12.0;
+/// ... and with one across a median, as the other carriageway of one street: its stop line goes on to where this road is cut ...
+const LEVEL_ACROSS: f64 = 1.0;
+/// ... of at most this width, metres.
+const MEDIAN: f64 = 20.0;
 
 /// An edge of a road's cross-section at one end of the road.
 pub type EdgeAt = (RoadEnd, usize);
@@ -79,7 +83,12 @@ fn depth_of_neighbour(network: &RoadNetwork, cuts: &[RoadCut], (at, edge): EdgeA
     let foot = road.line.project(place);
     let beside = foot.point + left_of(road.line.direction(foot.station)) * road.section.edge(edge);
     let depth = from_cut(cuts[at.road].kept, at.end, foot.station);
-    ((beside - place).norm() <= GAP && depth.abs() > LEVEL && depth.abs() <= LEVEL_MOST).then_some(depth)
+    let most = match (beside - place).norm() {
+        gap if gap <= GAP => LEVEL_MOST,
+        gap if gap <= MEDIAN => LEVEL_ACROSS,
+        _ => return None,
+    };
+    (depth.abs() > LEVEL && depth.abs() <= most).then_some(depth)
 }
 
 /// Changes the setbacks, metres behind `least`, so that of two roads side by side neither is cut farther out than the other.
