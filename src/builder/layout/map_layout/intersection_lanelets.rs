@@ -66,6 +66,10 @@ pub struct Site<'a> {
     pub below: &'a MapBuilder<'a>,
 }
 
+/// An intersection is drawn at most this number of times to assign its lanes otherwise. The next best assignments are among the first;
+/// dozens of lanes that all run into each other would be drawn hundreds of times.
+const MOST_DRAWINGS: usize = 40;
+
 /// The outline around lanelets, with or without bicycle lanelets among them.
 struct Outlined {
     part: MapPart,
@@ -94,11 +98,12 @@ impl<'a> Site<'a> {
 
     /// Assigns lanes otherwise as long as fewer movements are undrivable then.
     fn reassigned(&self, mut drawing: Drawing) -> Drawing {
+        let mut drawings = 0..MOST_DRAWINGS;
         let mut undrivable = UndrivableMovements::of(&drawing.drawn.paths);
         while undrivable.count() > 0 {
             let Self { restrictions, lanes, intersection, .. } = *self;
             let others = reassignments(restrictions, lanes, intersection, &drawing.all, &undrivable);
-            let better = others.into_iter().find_map(|all| {
+            let better = others.into_iter().zip(&mut drawings).find_map(|(all, _)| {
                 let other = self.draw(all, drawing.drawn.dropped.clone());
                 let left = UndrivableMovements::of(&other.drawn.paths);
                 let fits = other.drawn.dropped.len() == drawing.drawn.dropped.len();
