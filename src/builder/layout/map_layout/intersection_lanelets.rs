@@ -66,9 +66,9 @@ pub struct Site<'a> {
     pub below: &'a MapBuilder<'a>,
 }
 
-/// An intersection is drawn at most this number of times to assign its lanes otherwise. The next best assignments are among the first;
-/// dozens of lanes that all run into each other would be drawn hundreds of times.
-const MOST_DRAWINGS: usize = 40;
+/// To assign the lanes of an intersection otherwise, at most this number of lanelets is drawn anew. Dozens of lanes that all run into each
+/// other would be drawn hundreds of times, and one of real streets needs fewer.
+const MOST_DRAWN_ANEW: usize = 600;
 
 /// The outline around lanelets, with or without bicycle lanelets among them.
 struct Outlined {
@@ -98,7 +98,7 @@ impl<'a> Site<'a> {
 
     /// Assigns lanes otherwise as long as fewer movements are undrivable then.
     fn reassigned(&self, mut drawing: Drawing) -> Drawing {
-        let mut drawings = 0..MOST_DRAWINGS;
+        let mut drawings = 0..MOST_DRAWN_ANEW / drawing.all.len().max(1);
         let mut undrivable = UndrivableMovements::of(&drawing.drawn.paths);
         while undrivable.count() > 0 {
             let Self { restrictions, lanes, intersection, .. } = *self;
