@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
 
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::fix::{FixError, Judge, Mend, Mended, mend};
+use crate::fix::{FixError, Mend, Mended, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::Source;
 use crate::projection::{Projector, VerticalDatum, write_info};
@@ -16,7 +16,7 @@ use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
 use super::files;
-use super::judge::MapJudge;
+use super::judge::{MapJudge, found_of_projector};
 use super::load::{Loaded, is_packed};
 
 /// What is mended.
@@ -94,9 +94,7 @@ impl Fixed {
         let needed = ProjectorFile::missing(&loaded).filter(|_| unsafe_too);
         let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
         let projector_file = match needed {
-            Some(file) if is_asked_for(&MapJudge::of(&loaded, &loaded.projector, &loaded.info).whole(&loaded.osm)?) => {
-                Some(file)
-            }
+            Some(file) if is_asked_for(&found_of_projector(&loaded)?) => Some(file),
             _ => None,
         };
         let Some(file) = projector_file else {

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHasher};
 use crate::diagnostic::Diagnostic;
 use crate::fix::Judge;
 use crate::lanelet::index::{DrivingSide, MapIndex};
-use crate::lanelet::{LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
+use crate::lanelet::{Condition, LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::{Node, OsmData};
 use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
@@ -54,10 +54,6 @@ fn is_same(a: &LoadFault, b: &LoadFault) -> bool {
 }
 
 impl<'a> MapJudge<'a> {
-    pub(super) fn of(map: &'a Loaded, projector: &'a Projector, info: &'a ProjectorInfo) -> Self {
-        Self::telling(map, projector, info, &|_, _| {})
-    }
-
     /// One that says how far mending has come.
     pub(super) fn telling(
         map: &'a Loaded,
@@ -105,6 +101,13 @@ impl<'a> MapJudge<'a> {
             }
         }
     }
+}
+
+/// What is found of a map's projector: it follows from the faults of the loader alone.
+pub(super) fn found_of_projector(map: &Loaded) -> Result<Vec<Diagnostic>, Error> {
+    let faults = map.faults.iter().filter(|fault| matches!(fault.condition, Condition::ProjectorInfo(_)));
+    let faults = FromOsm { faults: faults.cloned().collect(), ..FromOsm::default() };
+    Ok(found(&map.osm, &faults, &map.settings)?.0)
 }
 
 /// What is found in a map that is loaded, and the side on which people drive there.
