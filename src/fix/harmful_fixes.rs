@@ -18,6 +18,8 @@ pub struct Verdict {
     pub refused: Vec<(usize, String)>,
     /// Fixes that bring errors with fixes of their own, and are tried again together with these.
     pub leading: Vec<usize>,
+    /// Fixes that bring such errors as a group: each group is tried again together with the fixes of what it brings.
+    pub leading_together: Vec<usize>,
     /// Groups of which some fixes do harm: one part of each group is tried again without the other.
     pub divided: Vec<Divided>,
 }
@@ -57,7 +59,12 @@ impl Harm {
 impl Verdict {
     /// Whether the batch may be kept.
     pub fn is_clean(&self) -> bool {
-        self.refused.is_empty() && self.leading.is_empty() && self.divided.is_empty()
+        self.does_no_other_harm() && self.leading.is_empty() && self.leading_together.is_empty()
+    }
+
+    /// Whether all harm that there may be is that of fixes which bring errors with fixes of their own.
+    pub fn does_no_other_harm(&self) -> bool {
+        self.refused.is_empty() && self.divided.is_empty()
     }
 
     /// A fix leads to others if it was not yet tried together with them, and if they mend all its harm.
@@ -79,6 +86,7 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     let mut errors: Vec<(&Diagnostic, Vec<usize>)> =
         brought.into_iter().map(|error| (error, fixes.near(error))).collect();
     let leads = |at: usize| done.get(at).is_some_and(|one| one.leads);
+    let leads_alone = |at: usize| done.get(at).is_some_and(|one| one.leads && !one.in_group);
     if !attempt.is_followed {
         errors.retain(|(_, near)| !near.iter().any(|&at| leads(at)));
     }
@@ -102,7 +110,8 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
         let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
         let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
         match group[..] {
-            [only] => verdict.add(only, harm, leads(only)),
+            [only] => verdict.add(only, harm, leads_alone(only)),
+            _ if may_lead(&group, &harm, attempt) => verdict.leading_together.extend(group),
             _ => verdict.divided.push(divided(group, harm, done, &shared, is_first)),
         }
     }
@@ -110,11 +119,18 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
         let harms: Vec<Harm> = cluster.iter().filter_map(|at| told.remove(at)).collect();
         let Some(harm) = harms.into_iter().reduce(Harm::and) else { continue };
         match cluster[..] {
-            [only] => verdict.add(only, harm, leads(only)),
+            [only] => verdict.add(only, harm, leads_alone(only)),
+            _ if may_lead(&cluster, &harm, attempt) => verdict.leading_together.extend(cluster),
             _ => verdict.divided.push(divided(cluster, harm, done, &own, is_first)),
         }
     }
     verdict
+}
+
+/// Whether a group is tried together with the fixes of what it brings: all its harm can be mended, and none of it was tried so.
+fn may_lead(group: &[usize], harm: &Harm, attempt: &Attempt) -> bool {
+    let was_tried = |at: &usize| attempt.done.get(*at).is_some_and(|one| one.in_group);
+    harm.mendable && !attempt.is_followed && !group.iter().any(was_tried)
 }
 
 /// The fixes that draw the area of an intersection and reveal more errors there than they mend, each with the reason. Errors that

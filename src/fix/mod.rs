@@ -15,6 +15,7 @@ mod suspects;
 #[cfg(test)]
 mod tests;
 mod text_edits;
+mod tried;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -23,7 +24,7 @@ use crate::diagnostic::{Diagnostic, Fix, Severity};
 use crate::osm::{OsmData, ReadError};
 pub use canonical::canonical;
 use error_counts::ErrorCounts;
-use harmful_fixes::Divided;
+use harmful_fixes::{Divided, Verdict};
 pub use judgement::Judge;
 use judgement::{Bench, Confirmed, Known};
 use order::first_of;
@@ -31,6 +32,7 @@ pub use proposal::Mend;
 use proposal::{Attempt, Proposal};
 use suspects::Suspects;
 use text_edits::{IdRange, Key, TextEdits};
+use tried::Tried;
 
 /// What came of mending.
 #[derive(Clone, Debug)]
@@ -140,18 +142,19 @@ impl Course {
         }
     }
 
-    /// Forgets which fixes were tried, so that a second run of the program finds nothing to do: a fix that did harm may do none
-    /// after others were applied. `false` if none was applied since the last time.
+    /// Forgets which fixes were tried before others were applied near them, so that a second run of the program finds nothing to
+    /// do: a fix that did harm may do none after these. `false` if there is none.
     fn begins_anew(&mut self) -> bool {
         if self.state.done.len() == self.made_before || self.passes == PASSES {
             return false;
         }
         self.passes += 1;
         self.made_before = self.state.done.len();
-        let Memory { unsafe_too, spares, .. } = self.memory;
-        self.memory = Memory { unsafe_too, spares, ..Memory::default() };
-        self.state.refused.clear();
-        true
+        let Memory { unsafe_too, spares, mut tried, .. } = std::mem::take(&mut self.memory);
+        let again = tried.forget_changed(self.state.left.iter().filter_map(Proposal::of));
+        self.state.refused.retain(|(mend, _)| tried.has(mend));
+        self.memory = Memory { unsafe_too, spares, tried, ..Memory::default() };
+        again
     }
 
     /// Makes fixes until none is open that was not tried.
@@ -178,9 +181,11 @@ struct Memory {
     /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
     spares: bool,
     /// No fix is tried twice, so that two fixes cannot undo each other forever.
-    tried: FxHashSet<Mend>,
+    tried: Tried,
     /// Fixes that brought errors with fixes of their own: they are tried again together with these.
     leading: FxHashSet<Mend>,
+    /// Fixes that were tried so as a group.
+    led: FxHashSet<Mend>,
     /// Groups of fixes that do harm together, as is known from earlier rounds.
     to_blame: Vec<Suspects>,
 }
@@ -192,8 +197,12 @@ impl Memory {
 
     fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
         let open = left.iter().filter_map(Proposal::of);
-        let open = open.filter(|one| self.may(&one.fix) && !self.tried.contains(&one.mend));
-        open.map(|one| Proposal { leads: self.leading.contains(&one.mend), ..one }).collect()
+        let open = open.filter(|one| self.may(&one.fix) && !self.tried.has(&one.mend));
+        let leads = |one: Proposal| {
+            let leads = self.leading.contains(&one.mend);
+            Proposal { leads, in_group: !leads && self.led.contains(&one.mend), ..one }
+        };
+        open.map(leads).collect()
     }
 }
 
@@ -216,32 +225,63 @@ fn round<J: Judge>(
             refuse(state, memory, all);
             break;
         };
-        let mut verdict = harmful_fixes::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
-        if memory.spares {
-            verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, &attempt, |fix| memory.may(fix)));
+        let mut verdict = verdict(state, memory, &attempt, is_first);
+        if verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
+            // What follows is known from this attempt.
+            lead(memory, &verdict, &mut attempt.done);
+            follow_all(&state.left, memory, &mut attempt, bench)?;
+            verdict = self::verdict(state, memory, &attempt, is_first);
         }
         if verdict.is_clean() {
             return Ok(keep(state, memory, attempt, suspects));
         }
         is_first = false;
+        lead(memory, &verdict, &mut attempt.done);
         earlier.last = Some(attempt.as_made.take().unwrap_or((attempt.osm, attempt.left)));
         let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
         for Divided { kept, put_off, harm } in verdict.divided {
             let mend = |at: usize| Some(of_each.get(at)?.as_ref()?.mend.clone());
-            let kept = kept.into_iter().filter_map(mend).collect();
-            suspects.push(Suspects { kept, put_off: take(&mut of_each, put_off), harm });
+            let mends = kept.iter().copied().filter_map(mend).collect();
+            for at in kept {
+                of_each.get_mut(at).and_then(Option::as_mut).into_iter().for_each(Proposal::leads_no_group);
+            }
+            suspects.push(Suspects { kept: mends, put_off: take(&mut of_each, put_off), harm });
         }
-        memory.leading.extend(take(&mut of_each, verdict.leading).into_iter().map(|one| one.mend));
         for (at, reason) in verdict.refused {
             for one in take(&mut of_each, [at]) {
                 refuse_with_twins(state, memory, one, &reason);
             }
         }
         let unfollowed = |one: Proposal| Proposal { followers: Vec::new(), ..one };
-        let is_open = |one: &Proposal| !memory.tried.contains(&one.mend);
+        let is_open = |one: &Proposal| !memory.tried.has(&one.mend);
         batch = of_each.into_iter().flatten().filter(is_open).map(unfollowed).collect();
     }
     Ok(FxHashMap::default())
+}
+
+/// The decision about each fix of a batch.
+fn verdict(state: &Mended, memory: &Memory, attempt: &Attempt, is_first: bool) -> Verdict {
+    let mut verdict = harmful_fixes::verdict(&state.left, attempt, |fix| memory.may(fix), is_first);
+    if memory.spares {
+        verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, |fix| memory.may(fix)));
+    }
+    verdict
+}
+
+/// Marks the fixes that are tried again together with those of the errors that they bring.
+fn lead(memory: &mut Memory, verdict: &Verdict, done: &mut [Proposal]) {
+    for &at in &verdict.leading {
+        if let Some(one) = done.get_mut(at) {
+            (one.leads, one.in_group) = (true, false);
+            memory.leading.insert(one.mend.clone());
+        }
+    }
+    for &at in &verdict.leading_together {
+        if let Some(one) = done.get_mut(at) {
+            (one.leads, one.in_group) = (true, true);
+            memory.led.insert(one.mend.clone());
+        }
+    }
 }
 
 fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize>) -> Vec<Proposal> {
@@ -253,7 +293,7 @@ fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize
 fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec<Suspects>) -> FxHashMap<Key, i64> {
     let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
     for one in attempt.done {
-        memory.tried.insert(one.mend.clone());
+        memory.tried.made(&one);
         state.done.extend(one.mends());
     }
     (state.osm, state.left) = (attempt.osm, attempt.left);
@@ -295,7 +335,7 @@ fn twins(left: &[Diagnostic], one: Proposal) -> Vec<Mend> {
 
 fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item = (Mend, String)>) {
     for (mend, reason) in refused {
-        if memory.tried.insert(mend.clone()) {
+        if memory.tried.refused(&mend) {
             state.refused.push((mend, reason));
         }
     }
@@ -346,14 +386,25 @@ fn attempt<J: Judge>(
     let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
     if leads && !harmful_fixes::does_other_harm(&state.left, &attempt) {
-        attempt.is_followed = true;
-        for _ in 0..MOST_STEPS {
-            if !follow(&state.left, memory, &mut attempt, bench)? {
-                break;
-            }
-        }
+        follow_all(&state.left, memory, &mut attempt, bench)?;
     }
     Ok(Some(attempt))
+}
+
+/// Applies what follows from the leading fixes of a batch, step by step.
+fn follow_all<J: Judge>(
+    before: &[Diagnostic],
+    memory: &Memory,
+    attempt: &mut Attempt,
+    bench: &Bench<J>,
+) -> Result<(), FixError<J::Error>> {
+    attempt.is_followed = true;
+    for _ in 0..MOST_STEPS {
+        if !follow(before, memory, attempt, bench)? {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// The largest number of fixes that follow from each other. For example, a lane is cut beside others, then its pieces share their

@@ -5,7 +5,7 @@ use super::proposal::{Mend, Proposal};
 
 /// Fixes farther apart than this (m) do not affect each other, unless they are about the same elements: their effects are found
 /// within [`REACH`].
-const APART: f64 = 2.0 * REACH;
+pub const APART: f64 = 2.0 * REACH;
 
 /// Ranks: what mends the file itself, what is safe, what is assumed, areas.
 const RANKS: usize = 4;

@@ -34,6 +34,8 @@ pub struct Proposal {
     pub reaches: Vec<Key>,
     /// Whether it is applied together with the fixes of the errors that it brings.
     pub leads: bool,
+    /// Whether it was applied so as one of a group, and not yet by itself.
+    pub in_group: bool,
     /// The fixes of the errors that it brought.
     pub followers: Vec<(Mend, Fix)>,
 }
@@ -54,6 +56,7 @@ impl Proposal {
             creates: Vec::new(),
             reaches: Vec::new(),
             leads: false,
+            in_group: false,
             followers: Vec::new(),
         })
     }
@@ -71,6 +74,11 @@ impl Proposal {
     /// All edits, its own and those of the fixes that follow from it.
     pub fn edits(&self) -> impl Iterator<Item = &Edit> {
         self.fix.edits.iter().chain(self.followers.iter().flat_map(|(_, fix)| &fix.edits))
+    }
+
+    /// No longer applies it with what follows from its group.
+    pub fn leads_no_group(&mut self) {
+        self.leads &= !self.in_group;
     }
 
     /// Its own mend and those that follow from it.

@@ -1,7 +1,9 @@
 //! Small files, edited; and a judge that knows one fault.
 
 use super::error_counts::ErrorCounts;
+use super::proposal::Proposal;
 use super::text_edits::TextEdits;
+use super::tried::Tried;
 use super::{Judge, mend};
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
 use crate::osm::{Node, OsmData, read_bytes};
@@ -403,4 +405,22 @@ fn what_only_the_whole_map_shows_is_not_kept() {
     let mended = mend(read(&edits), false, &judge).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len()), (0, 1));
     assert_eq!(mended.left.len(), 1, "no error has come");
+}
+
+/// A fix that was not kept is tried again only after another was applied near it.
+#[test]
+fn what_did_harm_is_tried_again_after_a_change_near_it() {
+    let at = |id: i64, x: f64| {
+        let local = Some(crate::geometry::Point::new(x, 0.0));
+        Proposal::of(&Diagnostic { local, ..wants_ele(Subject::Point(id)) }).unwrap()
+    };
+    let (near, far, later) = (at(1, 0.0), at(2, 500.0), at(3, 50.0));
+    let mut tried = Tried::default();
+    let is_new: Vec<bool> = [&near, &far, &far].into_iter().map(|one| tried.refused(&one.mend)).collect();
+    assert_eq!(is_new, [true, true, false]);
+    assert!(!tried.forget_changed([near.clone(), far.clone()].into_iter()), "nothing was applied since");
+    tried.made(&later);
+    assert!(tried.forget_changed([near.clone(), far.clone()].into_iter()));
+    assert_eq!((tried.has(&near.mend), tried.has(&far.mend)), (false, true));
+    assert!(tried.forget_changed(std::iter::once(later.clone())), "the finding of an applied fix is there again");
 }
