@@ -1,0 +1,113 @@
+//! Applies a batch of fixes, and what follows from its leading ones, to a map, and has the result judged.
+
+use rustc_hash::FxHashMap;
+
+use super::judgement::{Bench, Judge, Known};
+use super::proposal::{Attempt, Mend, Proposal};
+use super::text_edits::{IdRange, TextEdits};
+use super::{FixError, Memory, Mended, harmful_fixes};
+use crate::diagnostic::Diagnostic;
+use crate::osm::OsmData;
+
+/// The results of earlier attempts of a round.
+#[derive(Default)]
+pub struct Earlier {
+    /// The last one, without what followed from it.
+    pub last: Option<(OsmData, Vec<Diagnostic>)>,
+    /// The ids that fixes have used.
+    ids: FxHashMap<Mend, IdRange>,
+}
+
+/// Applies the fixes of a batch that change different things, and after each leading fix those that follow from it; `None` if
+/// none could be applied.
+pub fn attempt<J: Judge>(
+    state: &Mended,
+    memory: &Memory,
+    batch: &[Proposal],
+    (bench, earlier): (&Bench<J>, &mut Earlier),
+) -> Result<Option<Attempt>, FixError<J::Error>> {
+    let mut edits = TextEdits::new(&state.osm);
+    edits.spare(earlier.ids.values().copied());
+    let mut used = std::mem::take(&mut earlier.ids);
+    let make = |one: &Proposal| {
+        let (creates, ids) = edits.apply_again(&one.fix, used.remove(&one.mend))?;
+        earlier.ids.insert(one.mend.clone(), ids);
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some(Proposal { creates, reaches, ..one.clone() })
+    };
+    let done: Vec<Proposal> = batch.iter().filter_map(make).collect();
+    if done.is_empty() {
+        return Ok(None);
+    }
+    let renumbered = edits.renumbered();
+    let osm = edits.made().map_err(FixError::Read)?;
+    let known = Known { osm: &state.osm, left: &state.left };
+    let last = earlier.last.as_ref().map(|(osm, left)| Known { osm, left });
+    let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
+    let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
+    let leads = attempt.done.iter().any(|one| one.leads);
+    if leads && !harmful_fixes::does_other_harm(&state.left, &attempt) {
+        follow_all(&state.left, memory, &mut attempt, bench)?;
+    }
+    Ok(Some(attempt))
+}
+
+/// Applies what follows from the leading fixes of a batch, step by step.
+pub fn follow_all<J: Judge>(
+    before: &[Diagnostic],
+    memory: &Memory,
+    attempt: &mut Attempt,
+    bench: &Bench<J>,
+) -> Result<(), FixError<J::Error>> {
+    attempt.is_followed = true;
+    for _ in 0..MOST_STEPS {
+        if !follow(before, memory, attempt, bench)? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The largest number of fixes that follow from each other. For example, a lane is cut beside others, then its pieces share their
+/// borders one after the other, because their ends touch, and then the new borders get their tags.
+const MOST_STEPS: usize = 4;
+
+/// Applies the fixes of the errors that leading fixes brought. Returns whether there was one.
+fn follow<J: Judge>(
+    before: &[Diagnostic],
+    memory: &Memory,
+    attempt: &mut Attempt,
+    bench: &Bench<J>,
+) -> Result<bool, FixError<J::Error>> {
+    let following = harmful_fixes::following(before, attempt, |fix| memory.may(fix));
+    let mut edits = TextEdits::new(&attempt.osm);
+    let make = |(leader, one): (usize, Proposal)| {
+        let creates = edits.apply(&one.fix)?;
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some((leader, Proposal { creates, reaches, ..one }))
+    };
+    let made: Vec<(usize, Proposal)> = following.into_iter().filter_map(make).collect();
+    if made.is_empty() {
+        return Ok(false);
+    }
+    let renumbered = edits.renumbered();
+    let osm = edits.made().map_err(FixError::Read)?;
+    let known = Known { osm: &attempt.osm, left: &attempt.left };
+    let left = bench.judged([known], &osm).map_err(FixError::Judge)?;
+    let before = (std::mem::replace(&mut attempt.osm, osm), std::mem::replace(&mut attempt.left, left));
+    attempt.as_made.get_or_insert(before);
+    for ((kind, _), id) in &mut attempt.renumbered {
+        *id = renumbered.get(&(*kind, *id)).copied().unwrap_or(*id);
+    }
+    for (key, id) in renumbered {
+        attempt.renumbered.entry(key).or_insert(id);
+    }
+    for (leader, one) in made {
+        if let Some(leader) = attempt.done.get_mut(leader) {
+            leader.creates.extend(one.creates);
+            leader.reaches.extend(one.reaches);
+            leader.followers.push((one.mend, one.fix));
+        }
+    }
+    Ok(true)
+}
