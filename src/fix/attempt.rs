@@ -2,12 +2,23 @@
 
 use rustc_hash::FxHashMap;
 
+use super::harmful_fixes;
 use super::judgement::{Bench, Judge, Known};
 use super::proposal::{Attempt, Mend, Proposal};
 use super::text_edits::{IdRange, TextEdits};
-use super::{FixError, Memory, Mended, harmful_fixes};
-use crate::diagnostic::Diagnostic;
-use crate::osm::OsmData;
+use crate::diagnostic::{Diagnostic, Fix};
+use crate::osm::{OsmData, ReadError};
+
+/// Why mending stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum FixError<E> {
+    /// The map could not be judged.
+    #[error(transparent)]
+    Judge(E),
+    /// The edited text could not be read: a fault of ours.
+    #[error("the edited map cannot be read again: {0}")]
+    Read(ReadError),
+}
 
 /// The results of earlier attempts of a round.
 #[derive(Default)]
@@ -21,12 +32,12 @@ pub struct Earlier {
 /// Applies the fixes of a batch that change different things, and after each leading fix those that follow from it; `None` if
 /// none could be applied.
 pub fn attempt<J: Judge>(
-    state: &Mended,
-    memory: &Memory,
+    known: Known,
+    may: &impl Fn(&Fix) -> bool,
     batch: &[Proposal],
     (bench, earlier): (&Bench<J>, &mut Earlier),
 ) -> Result<Option<Attempt>, FixError<J::Error>> {
-    let mut edits = TextEdits::new(&state.osm);
+    let mut edits = TextEdits::new(known.osm);
     edits.spare(earlier.ids.values().copied());
     let mut used = std::mem::take(&mut earlier.ids);
     let make = |one: &Proposal| {
@@ -41,13 +52,12 @@ pub fn attempt<J: Judge>(
     }
     let renumbered = edits.renumbered();
     let osm = edits.made().map_err(FixError::Read)?;
-    let known = Known { osm: &state.osm, left: &state.left };
     let last = earlier.last.as_ref().map(|(osm, left)| Known { osm, left });
     let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
     let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
-    if leads && !harmful_fixes::does_other_harm(&state.left, &attempt) {
-        follow_all(&state.left, memory, &mut attempt, bench)?;
+    if leads && !harmful_fixes::does_other_harm(known.left, &attempt) {
+        follow_all(known.left, may, &mut attempt, bench)?;
     }
     Ok(Some(attempt))
 }
@@ -55,13 +65,13 @@ pub fn attempt<J: Judge>(
 /// Applies what follows from the leading fixes of a batch, step by step.
 pub fn follow_all<J: Judge>(
     before: &[Diagnostic],
-    memory: &Memory,
+    may: &impl Fn(&Fix) -> bool,
     attempt: &mut Attempt,
     bench: &Bench<J>,
 ) -> Result<(), FixError<J::Error>> {
     attempt.is_followed = true;
     for _ in 0..MOST_STEPS {
-        if !follow(before, memory, attempt, bench)? {
+        if !follow(before, may, attempt, bench)? {
             break;
         }
     }
@@ -75,11 +85,11 @@ const MOST_STEPS: usize = 4;
 /// Applies the fixes of the errors that leading fixes brought. Returns whether there was one.
 fn follow<J: Judge>(
     before: &[Diagnostic],
-    memory: &Memory,
+    may: &impl Fn(&Fix) -> bool,
     attempt: &mut Attempt,
     bench: &Bench<J>,
 ) -> Result<bool, FixError<J::Error>> {
-    let following = harmful_fixes::following(before, attempt, |fix| memory.may(fix));
+    let following = harmful_fixes::following(before, attempt, may);
     let mut edits = TextEdits::new(&attempt.osm);
     let make = |(leader, one): (usize, Proposal)| {
         let creates = edits.apply(&one.fix)?;

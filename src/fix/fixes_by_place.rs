@@ -82,7 +82,7 @@ fn place_of(one: &Proposal) -> Option<[f64; 2]> {
 }
 
 /// The elements that a fix changes, those that contain them, those that it creates, and those that its finding is about.
-fn elements_of(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
+pub fn elements_of(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
     one.touched().chain([&one.creates, &one.reaches, &one.about].into_iter().flatten().copied())
 }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::error_counts::ErrorCounts;
-use super::fixes_by_place::{ByPlace, keys};
+use super::fixes_by_place::{ByPlace, elements_of, keys};
 use super::proposal::{Attempt, Proposal};
 use super::revealed::{Marked, is_loose_end, marked_by};
 use super::text_edits::Key;
@@ -65,6 +65,17 @@ impl Verdict {
     /// Whether all harm that there may be is that of fixes which bring errors with fixes of their own.
     pub fn does_no_other_harm(&self) -> bool {
         self.refused.is_empty() && self.divided.is_empty()
+    }
+
+    /// Whether no other fix of the batch is about an element that a leading one is about. Else what follows from one could undo the
+    /// other.
+    pub fn leads_apart(&self, done: &[Proposal]) -> bool {
+        let mut users: FxHashMap<Key, BTreeSet<usize>> = FxHashMap::default();
+        for (at, one) in done.iter().enumerate() {
+            elements_of(one).for_each(|key| drop(users.entry(key).or_default().insert(at)));
+        }
+        let leading = self.leading.iter().chain(&self.leading_together).filter_map(|at| done.get(*at));
+        leading.flat_map(elements_of).all(|key| users.get(&key).is_none_or(|users| users.len() < 2))
     }
 
     /// A fix leads to others if it was not yet tried together with them, and if they mend all its harm.

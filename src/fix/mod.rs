@@ -22,13 +22,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity};
-use crate::osm::{OsmData, ReadError};
+use crate::osm::OsmData;
+pub use attempt::FixError;
 use attempt::{Earlier, attempt, follow_all};
 pub use canonical::canonical;
 use error_counts::ErrorCounts;
 use harmful_fixes::{Divided, Verdict};
 pub use judgement::Judge;
-use judgement::{Bench, Confirmed};
+use judgement::{Bench, Confirmed, Known};
 use order::first_of;
 pub use proposal::Mend;
 use proposal::{Attempt, Proposal};
@@ -51,17 +52,6 @@ pub struct Mended {
     pub unsafe_left: usize,
     /// How many of the errors left existed before and are only reported now, because the fixes marked intersections or roads.
     pub revealed: usize,
-}
-
-/// Why mending stopped.
-#[derive(Debug, thiserror::Error)]
-pub enum FixError<E> {
-    /// The map could not be judged.
-    #[error(transparent)]
-    Judge(E),
-    /// The edited text could not be read: a fault of ours.
-    #[error("the edited map cannot be read again: {0}")]
-    Read(ReadError),
 }
 
 /// Applies the fixes of what `judge` finds, round by round, until no fix is left that may be applied: the safe ones, or all with
@@ -194,7 +184,13 @@ struct Memory {
 
 impl Memory {
     fn may(&self, fix: &Fix) -> bool {
-        fix.safe || self.unsafe_too
+        self.allowed()(fix)
+    }
+
+    /// Says which fixes may be applied at all.
+    fn allowed(&self) -> impl Fn(&Fix) -> bool + use<> {
+        let unsafe_too = self.unsafe_too;
+        move |fix| fix.safe || unsafe_too
     }
 
     fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
@@ -220,18 +216,21 @@ fn round<J: Judge>(
     let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
     let mut is_first = true;
     let mut earlier = Earlier::default();
+    let may = memory.allowed();
     while !batch.is_empty() {
-        let Some(mut attempt) = attempt(state, memory, &batch, (bench, &mut earlier))? else {
+        let known = Known { osm: &state.osm, left: &state.left };
+        let Some(mut attempt) = attempt(known, &may, &batch, (bench, &mut earlier))? else {
             // None of them can be applied, although nothing else is changed.
             let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
             refuse(state, memory, all);
             break;
         };
         let mut verdict = verdict(state, memory, &attempt, is_first);
-        if verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
+        let apart = verdict.leads_apart(&attempt.done);
+        if apart && verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
             // What follows is known from this attempt.
             lead(memory, &verdict, &mut attempt.done);
-            follow_all(&state.left, memory, &mut attempt, bench)?;
+            follow_all(&state.left, &may, &mut attempt, bench)?;
             verdict = self::verdict(state, memory, &attempt, is_first);
         }
         if verdict.is_clean() {
@@ -248,6 +247,10 @@ fn round<J: Judge>(
                 of_each.get_mut(at).and_then(Option::as_mut).into_iter().for_each(Proposal::leads_no_group);
             }
             suspects.push(Suspects { kept: mends, put_off: take(&mut of_each, put_off), harm });
+        }
+        if !apart {
+            // They wait until the others are decided.
+            drop(take(&mut of_each, verdict.leading.iter().chain(&verdict.leading_together).copied()));
         }
         for (at, reason) in verdict.refused {
             for one in take(&mut of_each, [at]) {
