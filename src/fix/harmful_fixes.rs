@@ -72,7 +72,9 @@ impl Verdict {
     pub fn leads_apart(&self, done: &[Proposal]) -> bool {
         let mut users: FxHashMap<Key, BTreeSet<usize>> = FxHashMap::default();
         for (at, one) in done.iter().enumerate() {
-            elements_of(one).for_each(|key| drop(users.entry(key).or_default().insert(at)));
+            for key in elements_of(one) {
+                users.entry(key).or_default().insert(at);
+            }
         }
         let leading = self.leading.iter().chain(&self.leading_together).filter_map(|at| done.get(*at));
         leading.flat_map(elements_of).all(|key| users.get(&key).is_none_or(|users| users.len() < 2))
