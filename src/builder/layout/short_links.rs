@@ -12,13 +12,17 @@ use super::map_layout::Layout;
 
 /// The smallest radius of a lane's middle, metres, on which a car can turn: at full lock most cars need 4 to 5 m.
 const CAR_RADIUS: f64 = 4.0;
+/// The radius, metres, for which cuts are set back where the roads have room: lanelets bend a little more than the lines from which
+/// they are drawn.
+const SETBACK_RADIUS: f64 = 4.3;
 /// From this change of direction, degrees, ...
 const TURN_LEAST: f64 = 45.0;
 /// ... up to this a turn needs room for its tangents even if the lines of its lanes do not meet ahead of both.
 const TURN_MOST: f64 = 150.0;
 /// A turn moves a cut by at least this, metres.
 pub const SETBACK_LEAST: f64 = 0.2;
-const SETBACK_MOST: f64 = 12.0;
+/// A turn moves a cut by at most this, metres: roads that meet at an acute angle are cut far back.
+const SETBACK_MOST: f64 = 20.0;
 /// A turn with this part of the largest radius is as good.
 const WIDE: f64 = 0.9;
 /// Lengths of roads that differ by less than this, metres, are the same.
@@ -34,7 +38,7 @@ pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     let mut roads: Vec<RoadIx> = Vec::new();
     for (at, turning) in layout.network.intersections.iter().zip(&layout.turning) {
         if let Some(turning) = turning.as_ref().filter(|_| at.arms.iter().any(|arm| spent(&arm.road))) {
-            let lacking = lacking(layout, at, &turning.drawn.paths, pose::tangents);
+            let lacking = lacking(layout, at, &turning.drawn.paths, (CAR_RADIUS, pose::tangents));
             roads.extend(lacking.map(|(arm, _)| arm.road).filter(spent));
         }
     }
@@ -60,7 +64,7 @@ fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
         let drawn = turning.as_ref().filter(|turning| !turning.turns_asked);
         drawn.into_iter().flat_map(|turning| {
             let paths = &turning.drawn.paths;
-            lacking(layout, at, paths, turn_tangents).chain(lacking_at_corners(layout, at, paths))
+            lacking(layout, at, paths, (SETBACK_RADIUS, turn_tangents)).chain(lacking_at_corners(layout, at, paths))
         })
     });
     all.filter_map(setback).collect()
@@ -112,14 +116,14 @@ fn lacking<'a>(
     layout: &'a Layout,
     at: &'a Intersection,
     paths: &'a [TurningLanelet],
-    tangents: TangentsOf,
+    (radius, tangents): (f64, TangentsOf),
 ) -> impl Iterator<Item = (RoadEnd, f64)> + 'a {
     let lack = move |path: &TurningLanelet| {
         let Movement { from, to, in_lane, out_lane } = path.movement;
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
         let ends = (layout.lanes.arm(arms[0]).into.get(in_lane)).zip(layout.lanes.arm(arms[1]).out.get(out_lane));
         let lacks = ends.and_then(|(into, out)| tangents(into.pose, out.pose)).map(|(before, behind, turn)| {
-            let needed = CAR_RADIUS * (turn.abs() / 2.0).tan();
+            let needed = radius * (turn.abs() / 2.0).tan();
             [(arms[0], needed - before), (arms[1], needed - behind)]
         });
         lacks.into_iter().flatten().filter(|(_, lack)| *lack > 0.0)
