@@ -272,23 +272,32 @@ fn arrow_goals(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
     goals
 }
 
-/// Pairs lanes with lanes in order.
+/// Pairs lanes with lanes in order; straight on, those that lie least sideways from each other. Where there are more lanes in than out,
+/// some become one.
 fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &TurnTarget) -> Vec<(usize, usize)> {
     let (k, n) = (ins.len(), outs.len());
-    if k > n {
-        return ins.iter().enumerate().map(|(j, &i)| (i, outs[j * n / k])).collect();
-    }
-    let pairs = |shift: usize| ins.iter().zip(&outs[shift..]).map(|(&i, &o)| (i, o));
-    let shift = if target.turn > STRAIGHT {
-        0
-    } else if target.turn < -STRAIGHT {
-        n - k
-    } else {
-        // Straight on: the pairs that lie least sideways from each other.
-        let total = |shift: usize| -> f64 { pairs(shift).map(|(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum() };
-        (0..=n - k).min_by(|&a, &b| total(a).total_cmp(&total(b))).unwrap_or(0)
+    let pairs = |out_of: &dyn Fn(usize) -> usize| -> Vec<(usize, usize)> {
+        ins.iter().enumerate().map(|(j, &i)| (i, outs[out_of(j)])).collect()
     };
-    pairs(shift).collect()
+    if n == 0 {
+        return Vec::new();
+    }
+    let choices: Vec<Vec<(usize, usize)>> = if k > n {
+        // Evenly, or only at one side, or at both.
+        let at_sides = (0..=k - n).map(|first| pairs(&|j| j.saturating_sub(first).min(n - 1)));
+        std::iter::once(pairs(&|j| j * n / k)).chain(at_sides).collect()
+    } else {
+        (0..=n - k).map(|shift| pairs(&|j| j + shift)).collect()
+    };
+    let sideways = |pairs: &[(usize, usize)]| -> f64 {
+        pairs.iter().map(|&(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum()
+    };
+    let chosen = match target.turn {
+        turn if turn.abs() <= STRAIGHT => choices.into_iter().min_by(|a, b| sideways(a).total_cmp(&sideways(b))),
+        turn if turn > 0.0 || k > n => choices.into_iter().next(),
+        _ => choices.into_iter().next_back(),
+    };
+    chosen.unwrap_or_default()
 }
 
 /// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out, unless there is no room

@@ -24,6 +24,9 @@ const HAIRPIN: f64 = 135.0;
 /// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
 
+/// The same for a U-turn to a lane that nothing else reaches: cuts that are set back for it give it more room.
+const TIGHTEST_ONLY: f64 = 1.0 / 2.5;
+
 /// Finds the movements of an intersection.
 pub fn movements(
     side: DrivingSide,
@@ -168,12 +171,12 @@ fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Opt
     (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
 }
 
-/// The same U-turn to the lane beside it at the median, if no movement leads to that lane: such a U-turn may be as tight as a hairpin.
+/// The same U-turn to the lane beside it at the median, if no movement leads to that lane: such a U-turn may be tighter.
 fn tighter_u_turn(side: DrivingSide, arms: &[&Arm], all: &[Movement], turn: &Movement) -> Option<Movement> {
     let out_lane = if side == DrivingSide::Right { turn.out_lane.checked_sub(1)? } else { turn.out_lane + 1 };
     let (into, out) = (arms[turn.from].into.get(turn.in_lane)?, arms[turn.to].out.get(out_lane)?);
     let is_reached = all.iter().any(|other| (other.to, other.out_lane) == (turn.to, out_lane));
-    let fits = out.kind == StripKind::Drive && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_HAIRPIN);
+    let fits = out.kind == StripKind::Drive && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_ONLY);
     (fits && !is_reached).then_some(Movement { out_lane, ..*turn })
 }
 

@@ -21,8 +21,10 @@ use crate::builder::streets::consolidate::{
     ConsolidateOptions, MergeNote, MergeReason, absorb_roads, crowded_accesses, crowds, without_roads,
 };
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
+use crate::builder::streets::lane_drop::{LaneDrop, with_lane_drops};
 use crate::diagnostic::Finding;
 
+use super::lane_drops::{added_lanes, lane_drops};
 use super::map_layout::Layout;
 use super::roads_inside::{ends_without_turns, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out};
 use super::short_links::{SETBACK_LEAST, room_for_turns};
@@ -127,6 +129,10 @@ impl LayoutLoop<'_> {
             }
             if let Some(anew) = self.without_useless_merges() {
                 return ControlFlow::Continue(self.begun_anew(&before, anew));
+            }
+            let drops = lane_drops(&self.layout);
+            if !drops.is_empty() {
+                return ControlFlow::Continue(self.with_lane_drops(&before, &drops));
             }
         }
         if self.cut_at_stop_lines() {
@@ -241,8 +247,28 @@ impl LayoutLoop<'_> {
         let network = std::mem::take(&mut self.layout.network);
         let diff = NetworkDiff::between(before, &network);
         let kept: Vec<Stations> = diff.roads().filter_map(|(_, old)| self.kept.get(old?.position()).copied()).collect();
-        let back = self.layout.kept_setbacks(&diff, &network);
-        let (layout, notes) = self.layout.followed((before, &diff), network, (&kept, back));
+        self.redrawn(before, &diff, (network, kept))
+    }
+
+    /// Gives roads more lanes at their beginnings, and draws what that changes. Merges of before stay.
+    fn with_lane_drops(mut self, before: &NetworkSnapshot, drops: &[LaneDrop]) -> Self {
+        let network = std::mem::take(&mut self.layout.network);
+        self.road_notes.extend(drops.iter().map(|drop| added_lanes(&network, drop)));
+        let (network, kept) = with_lane_drops(network, &self.kept, drops);
+        let diff = NetworkDiff::between(before, &network);
+        (self.unmerged, self.merged) = (None, Vec::new());
+        self.redrawn(before, &diff, (network, kept))
+    }
+
+    /// Draws what differs between the network `before` and a later one.
+    fn redrawn(
+        self,
+        before: &NetworkSnapshot,
+        diff: &NetworkDiff,
+        (network, kept): (RoadNetwork, Vec<Stations>),
+    ) -> Self {
+        let back = self.layout.kept_setbacks(diff, &network);
+        let (layout, notes) = self.layout.followed((before, diff), network, (&kept, back));
         Self { layout, kept, notes, ..self }
     }
 

@@ -3,6 +3,7 @@
 pub mod alignment;
 pub mod consolidate;
 pub mod heights;
+pub mod lane_drop;
 pub mod outline;
 pub mod snap_grid;
 

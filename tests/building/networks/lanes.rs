@@ -201,3 +201,47 @@ fn a_lane_in_the_middle_leads_only_where_it_is_needed() {
         assert_eq!(of_ways(&built(&narrowed, side, "").map), [6, 4], "{side:?}: to go on");
     }
 }
+
+/// The roads of 150 m in the east, and with three lanes in the west, that meet at lights with a side street.
+fn with_lane_drop(east: &str, lanes_of_west: &str, length: f64) -> [Built; 2] {
+    SIDES.map(|side| {
+        let nodes = [
+            (1, 0.0, 0.0, "highway=traffic_signals"),
+            (2, -150.0, 0.0, ""),
+            (3, length, 0.0, ""),
+            (4, 0.0, -90.0, ""),
+            (5, 0.0, 90.0, ""),
+            (6, length, 90.0, ""),
+            (7, length + 100.0, 0.0, ""),
+        ];
+        let west = format!("highway=primary {lanes_of_west}");
+        let ways: [(i64, &[i64], &str); 6] = [
+            (12, &[2, 1], &west),
+            (13, &[1, 3], east),
+            (14, &[4, 1], "highway=secondary lanes=2"),
+            (15, &[1, 5], "highway=secondary lanes=2"),
+            (16, &[6, 3], "highway=residential lanes=2"),
+            (17, &[3, 7], east),
+        ];
+        built(&network_of(side, &nodes, &ways), side, "")
+    })
+}
+
+#[test]
+fn lanes_merge_behind_the_intersection_and_not_in_it() {
+    let three = "oneway=yes lanes=3 turn:lanes=through|through|through";
+    let two = "lanes=3 lanes:forward=2 lanes:backward=1 turn:lanes:forward=through|through";
+    let merging = |built: &Built| {
+        let added = built.notes.iter().filter(|note| note.fault == "lanes-added").count();
+        let found = found(&built.map, &built.settings);
+        (added, found.iter().filter(|code| *code == "vm-03-07/overlap").count())
+    };
+    for (east, west) in [("highway=primary oneway=yes lanes=2", three), ("highway=primary lanes=2", two)] {
+        assert_eq!(with_lane_drop(east, west, 150.0).each_ref().map(merging), [(1, 0); 2], "{west}");
+        // The next intersection is too near.
+        assert_eq!(with_lane_drop(east, west, 40.0).each_ref().map(merging), [(0, 1); 2], "{west}");
+    }
+    // As many lanes lead on as lead in.
+    let [one, other] = with_lane_drop("highway=primary oneway=yes lanes=3", three, 150.0);
+    assert_eq!([merging(&one), merging(&other)], [(0, 0); 2]);
+}

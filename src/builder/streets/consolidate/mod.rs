@@ -13,7 +13,7 @@ mod island;
 mod join_roads;
 mod long_rows;
 mod merge_decision;
-mod network_edit;
+pub(super) mod network_edit;
 mod reasons;
 mod renames;
 #[cfg(test)]

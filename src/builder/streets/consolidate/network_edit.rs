@@ -3,6 +3,7 @@
 use crate::builder::network::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
+use crate::geometry::Point;
 
 use super::renames::Renames;
 
@@ -41,6 +42,27 @@ impl NetworkEdit {
         self.network.roads.push(road);
         self.gone.push(false);
         self.replace(&old, |end| place(end).map(|end| RoadEnd { road: new, end }));
+    }
+
+    /// Replaces a road by two pieces along its line, which meet at a new node.
+    pub fn divide(&mut self, old: RoadIx, pieces: [Road; 2], (node, position): (i64, Point)) {
+        let between = IntersectionIx::new(self.network.intersections.len());
+        let [first, second] = [0, 1].map(|i| RoadIx::new(self.network.roads.len() + i));
+        let [mut before, mut behind] = pieces;
+        (before.to, behind.from) = (between, between);
+        let mut arms = vec![RoadEnd { road: first, end: End::End }, RoadEnd { road: second, end: End::Start }];
+        if behind.key < before.key {
+            arms.reverse();
+        }
+        self.network.roads.extend([before, behind]);
+        self.gone.extend([false; 2]);
+        self.network.intersections.push(Intersection::of_arms(vec![node], position, arms));
+        self.replace(&[old], |end| {
+            Some(match end.end {
+                End::Start => RoadEnd { road: first, end: End::Start },
+                End::End => RoadEnd { road: second, end: End::End },
+            })
+        });
     }
 
     /// Removes a road.
