@@ -30,7 +30,8 @@ const GAP: f64 = 0.3;
 /// The additional lanes that roads need so that no lanes merge in an intersection; at most for one end of each road.
 pub fn lane_drops(layout: &Layout) -> Vec<LaneDrop> {
     let drawn = layout.network.intersections.iter().zip(&layout.turning);
-    let junctions = drawn.filter(|(at, _)| at.arms.len() > 2 || at.signals);
+    // Two roads with as many lanes are joined face to face, without lights between them.
+    let junctions = drawn.filter(|(at, _)| at.arms.len() > 2);
     let exits = junctions.flat_map(|(at, turning)| {
         let paths = turning.as_ref().map_or(&[][..], |turning| &turning.drawn.paths[..]);
         (0..at.arms.len()).filter_map(move |to| {
