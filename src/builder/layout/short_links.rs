@@ -16,7 +16,7 @@ const CAR_RADIUS: f64 = 4.0;
 /// they are drawn.
 const SETBACK_RADIUS: f64 = 4.3;
 /// From this change of direction, degrees, ...
-const TURN_LEAST: f64 = 45.0;
+const TURN_LEAST: f64 = 15.0;
 /// ... up to this a turn needs room for its tangents even if the lines of its lanes do not meet ahead of both.
 const TURN_MOST: f64 = 150.0;
 /// A turn moves a cut by at least this, metres.
