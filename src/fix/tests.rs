@@ -1,5 +1,7 @@
 //! Small files, edited; and a judge that knows one fault.
 
+mod judgement_tests;
+
 use super::error_counts::ErrorCounts;
 use super::proposal::Proposal;
 use super::text_edits::TextEdits;
