@@ -15,6 +15,8 @@ pub const REACH: f64 = 60.0;
 pub struct ByPlace {
     tree: RTree<GeomWithData<[f64; 2], usize>>,
     elements: FxHashMap<Key, Vec<usize>>,
+    /// By element, the fix that created it.
+    makers: FxHashMap<Key, usize>,
     /// Those without a place.
     nowhere: Vec<usize>,
     count: usize,
@@ -24,8 +26,10 @@ impl ByPlace {
     /// Those of a batch.
     pub fn of(done: &[Proposal]) -> Self {
         let mut elements: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
+        let mut makers: FxHashMap<Key, usize> = FxHashMap::default();
         let (mut placed, mut nowhere) = (Vec::new(), Vec::new());
         for (at, one) in done.iter().enumerate() {
+            makers.extend(one.creates.iter().map(|&key| (key, at)));
             for key in elements_of(one) {
                 elements.entry(key).or_default().push(at);
             }
@@ -34,7 +38,7 @@ impl ByPlace {
                 None => nowhere.push(at),
             }
         }
-        Self { tree: RTree::bulk_load(placed), elements, nowhere, count: done.len() }
+        Self { tree: RTree::bulk_load(placed), elements, makers, nowhere, count: done.len() }
     }
 
     /// The fixes that may have caused an error: those about its elements, else those within reach, else all.
@@ -52,6 +56,11 @@ impl ByPlace {
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// The fix that created the subject of an error: without it there would be no such error.
+    pub fn maker(&self, error: &Diagnostic) -> Option<usize> {
+        self.makers.get(&key_of(error.finding.subject)?).copied()
     }
 
     /// Whether one of these fixes may have caused an error: it is about the same elements, or within reach. A fix or an error

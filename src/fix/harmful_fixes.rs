@@ -67,17 +67,15 @@ impl Verdict {
         self.refused.is_empty() && self.divided.is_empty()
     }
 
-    /// Whether no other fix of the batch is about an element that a leading one is about. Else what follows from one could undo the
-    /// other.
+    /// Whether the leading fixes and the others of the batch are about different elements. Else what follows from one could undo
+    /// the other.
     pub fn leads_apart(&self, done: &[Proposal]) -> bool {
-        let mut users: FxHashMap<Key, BTreeSet<usize>> = FxHashMap::default();
-        for (at, one) in done.iter().enumerate() {
-            for key in elements_of(one) {
-                users.entry(key).or_default().insert(at);
-            }
-        }
-        let leading = self.leading.iter().chain(&self.leading_together).filter_map(|at| done.get(*at));
-        leading.flat_map(elements_of).all(|key| users.get(&key).is_none_or(|users| users.len() < 2))
+        let leading: BTreeSet<usize> = self.leading.iter().chain(&self.leading_together).copied().collect();
+        let elements_of_those = |leads: bool| -> FxHashSet<Key> {
+            let those = done.iter().enumerate().filter(|(at, _)| leading.contains(at) == leads);
+            those.flat_map(|(_, one)| elements_of(one)).collect()
+        };
+        elements_of_those(true).is_disjoint(&elements_of_those(false))
     }
 
     /// A fix leads to others if it was not yet tried together with them, and if they mend all its harm.
@@ -89,8 +87,9 @@ impl Verdict {
     }
 }
 
-/// Judges a batch by the findings before and after it; `may` says which fixes may be applied at all. If only one fix can be the
-/// cause of an error, and no other such fix is within reach, it is the cause, of the other errors near it, too. Other groups are
+/// Judges a batch by the findings before and after it; `may` says which fixes may be applied at all. The fix that created the
+/// subject of an error is its cause, and what is near that fix is judged at the next try. If only one fix can be the cause of
+/// another error, and no other such fix is within reach, it is the cause, of the other errors near it, too. Other groups are
 /// divided: at the first try in a round (`is_first`) only the likeliest causes are put off, later half of the group.
 pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool, is_first: bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
@@ -103,22 +102,23 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     if !attempt.is_followed {
         errors.retain(|(_, near)| !near.iter().any(|&at| leads(at)));
     }
-    let mut told: BTreeMap<usize, Harm> = BTreeMap::new();
-    for (error, near) in &errors {
-        if let [only] = near[..] {
-            let harm = Harm::of(error, &may);
-            told.entry(only).and_modify(|known| known.mendable &= harm.mendable).or_insert(harm);
-        }
-    }
+    let of_makers = harm_of_each(errors.iter().filter_map(|(error, _)| Some((fixes.maker(error)?, *error))), &may);
+    errors.retain(|(_, near)| !near.iter().any(|at| of_makers.contains_key(at)));
+    let alone = errors.iter().filter_map(|(error, near)| match near[..] {
+        [only] => Some((only, *error)),
+        _ => None,
+    });
+    let mut told = harm_of_each(alone, &may);
     let open: Vec<&(&Diagnostic, Vec<usize>)> =
         errors.iter().filter(|(_, near)| !near.iter().any(|at| told.contains_key(at))).collect();
-    let idle: Vec<usize> =
-        without_effect(before, after, done).into_iter().filter(|at| !told.contains_key(at)).collect();
+    let mut idle = without_effect(before, after, done);
+    idle.retain(|at| !told.contains_key(at) && !of_makers.contains_key(at));
     let groups = open.iter().map(|(_, near)| near.clone()).chain(idle.iter().map(|&at| vec![at]));
     let shared = suspicion(open.iter().map(|(_, near)| near.as_slice()));
     let own = suspicion(errors.iter().map(|(_, near)| near.as_slice()).filter(|near| near.len() == 1));
     let mut harms = harms(&open, &may);
     let mut verdict = Verdict::default();
+    of_makers.into_iter().for_each(|(at, harm)| verdict.add(at, harm, leads_alone(at)));
     for group in united(groups.collect()) {
         let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
         let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
@@ -138,6 +138,19 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
         }
     }
     verdict
+}
+
+/// The harm that each fix does, given the errors of each.
+fn harm_of_each<'a>(
+    errors: impl Iterator<Item = (usize, &'a Diagnostic)>,
+    may: impl Fn(&Fix) -> bool,
+) -> BTreeMap<usize, Harm> {
+    let mut harms: BTreeMap<usize, Harm> = BTreeMap::new();
+    for (at, error) in errors {
+        let harm = Harm::of(error, &may);
+        harms.entry(at).and_modify(|known| known.mendable &= harm.mendable).or_insert(harm);
+    }
+    harms
 }
 
 /// Whether a group is tried together with the fixes of what it brings: all its harm can be mended, and none of it was tried so.

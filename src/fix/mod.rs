@@ -249,8 +249,10 @@ fn round<J: Judge>(
             suspects.push(Suspects { kept: mends, put_off: take(&mut of_each, put_off), harm });
         }
         if !apart {
-            // They wait until the others are decided.
-            drop(take(&mut of_each, verdict.leading.iter().chain(&verdict.leading_together).copied()));
+            // They wait until the others are decided. A group is tried as one again.
+            for one in take(&mut of_each, verdict.leading.iter().chain(&verdict.leading_together).copied()) {
+                memory.led.remove(&one.mend);
+            }
         }
         for (at, reason) in verdict.refused {
             for one in take(&mut of_each, [at]) {

@@ -1,5 +1,7 @@
 //! Small files, edited; and a judge that knows one fault.
 
+mod judgement_tests;
+
 use super::error_counts::ErrorCounts;
 use super::proposal::Proposal;
 use super::text_edits::TextEdits;
@@ -93,6 +95,29 @@ fn what_is_removed_is_no_longer_referred_to() {
     let lines = edited(&[Edit::Remove { subject: Subject::LineString(10) }]).unwrap();
     assert_eq!(lines.len(), 3, "{lines:?}");
     assert!(lines.iter().all(|line| line.starts_with('-')));
+}
+
+/// The map with a multipolygon along the way.
+fn with_area() -> OsmData {
+    let area = "<relation id=\"30\"><member type=\"way\" role=\"outer\" ref=\"10\"/><tag k=\"type\" v=\"multipolygon\"/></relation>";
+    read(&MAP.replace("</osm>", &format!("{area}\n</osm>")))
+}
+
+#[test]
+fn an_area_keeps_its_outline() {
+    let after = |edit: Edit| {
+        let osm = with_area();
+        let mut texts = TextEdits::new(&osm);
+        texts.apply(&Fix { title: String::new(), safe: true, edits: vec![edit] }).unwrap();
+        texts.made().unwrap()
+    };
+    let outline = |osm: &OsmData| osm.way(osm.relation(30).unwrap().members[0].id).unwrap().nodes.clone();
+    let longer = after(Edit::SetVertices { way: Subject::LineString(10), points: vec![1, 2, 3] });
+    assert_eq!(longer.way(10).unwrap().nodes, [1, 2, 3]);
+    assert_eq!(outline(&longer), [1, 2], "by a way of its own");
+    let gone = after(Edit::Remove { subject: Subject::LineString(10) });
+    assert!(gone.relation(20).unwrap().members.is_empty());
+    assert_eq!(outline(&gone), [1, 2], "by the way, which the lanelet no longer refers to");
 }
 
 #[test]

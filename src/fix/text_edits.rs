@@ -106,20 +106,39 @@ impl<'a> TextEdits<'a> {
     }
 
     fn set_vertices(&mut self, way: Subject, points: &[i64]) -> Option<()> {
-        if self.borders_area(key_of(way)?) {
-            return None;
-        }
+        self.leave_outlines(key_of(way)?)?;
         self.element(way)?.set_vertices(points);
         Some(())
     }
 
-    /// Whether a way is part of the outline of a multipolygon, which has to stay closed: no rule knows of it.
-    fn borders_area(&self, way: Key) -> bool {
-        let is_area = |(kind, id): Key| {
-            let relation = (kind == ElementKind::Relation).then(|| self.osm.relation(id)).flatten();
+    /// Gives the multipolygons along a way a copy of it, so that their outlines stay as they are when it changes: no rule knows of them.
+    fn leave_outlines(&mut self, way: Key) -> Option<()> {
+        let areas: Vec<Key> = self.areas_along(way).collect();
+        if areas.is_empty() {
+            return Some(());
+        }
+        let mut copy = self.element_of(way)?.clone();
+        let id = self.fresh(true)?;
+        copy.set_attribute("id", &id.to_string());
+        self.created.push(((ElementKind::Way, id), copy));
+        for area in areas {
+            self.element_of(area)?.replace(|child| match child {
+                Child::Member(kind, member, role) if (*kind, *member) == way => {
+                    Some(Child::Member(ElementKind::Way, id, role.clone()))
+                }
+                _ => None,
+            });
+        }
+        Some(())
+    }
+
+    /// The multipolygons of which a way is part of the outline.
+    pub(super) fn areas_along(&self, way: Key) -> impl Iterator<Item = Key> + '_ {
+        let is_area = |(kind, id): &Key| {
+            let relation = (*kind == ElementKind::Relation).then(|| self.osm.relation(*id)).flatten();
             relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
         };
-        way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
+        self.referrers_of(way).filter(move |key| way.0 == ElementKind::Way && is_area(key))
     }
 
     /// The elements that are made of one: of a node the ways over it and the lanelets between these.
@@ -212,11 +231,10 @@ impl<'a> TextEdits<'a> {
         Some(())
     }
 
+    /// Removes an element, and all references to it. A way that is part of the outline of a multipolygon stays that.
     fn remove(&mut self, key: Key) -> Option<()> {
-        if self.borders_area(key) {
-            return None;
-        }
-        for referrer in self.referrers_of(key).collect::<Vec<_>>() {
+        let areas: Vec<Key> = self.areas_along(key).collect();
+        for referrer in self.referrers_of(key).filter(|one| !areas.contains(one)).collect::<Vec<_>>() {
             // One that was itself removed refers to nothing.
             if let Some(element) = self.element_of(referrer) {
                 element.remove(|child| match child {
@@ -226,7 +244,7 @@ impl<'a> TextEdits<'a> {
                 });
             }
         }
-        self.drop(key)
+        if areas.is_empty() { self.drop(key) } else { Some(()) }
     }
 
     /// Moves a point by latitude and longitude where the others have them, and by local coordinates and height where all three do.

@@ -33,7 +33,10 @@ impl TextEdits<'_> {
             }
             Edit::RemoveVertex { way, position } => part(*way, Part::Vertex(*position)),
             Edit::SetVertices { way, points } => {
-                whole.extend(key_of(*way));
+                if let Some((kind, id)) = key_of(*way) {
+                    whole.push((kind, id));
+                    parts.extend(self.areas_along((kind, id)).map(|area| (area, Part::Member(kind, id))));
+                }
                 named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
             }
             Edit::MergePoints { from, to } => {
