@@ -19,23 +19,13 @@ pub(super) fn wrote(settings: &Path) -> bool {
     fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
 }
 
-/// Refuses a directory to build into that has the name of a map's file, and one where that would write over settings that no build has
-/// written: to be asked before the work begins.
+/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
+/// work begins.
 ///
 /// # Errors
 ///
-/// Where no directory of that name is there yet, or where such settings are there.
+/// Where such settings are there.
 pub fn spare(directory: &Path) -> Result<(), Error> {
-    let name = directory.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if let Some(ending) = [".osm", ".osm.gz", ".pbf"].into_iter().find(|ending| name.ends_with(ending))
-        && !directory.is_dir()
-    {
-        let shown = directory.display().to_string();
-        let stem = shown.len().checked_sub(ending.len()).and_then(|end| shown.get(..end));
-        let stem = stem.filter(|stem| !stem.is_empty()).unwrap_or("map");
-        let failure = Failure::new(format!("a map is a directory with three files, and {shown} names a file"));
-        return Err(ErrorKind::Write.error(failure.about(shown.clone()).help(format!("build into {stem}"))));
-    }
     let settings = directory.join(NAME);
     if settings.is_file() && !wrote(&settings) {
         let failure =

@@ -147,19 +147,6 @@ fn settings_of_the_user_are_not_written_over() {
     build("out").exits(0);
 }
 
-#[test]
-fn a_map_is_not_built_into_a_directory_with_the_name_of_a_file() {
-    let dir = tempfile::tempdir().unwrap();
-    let sample = root().join("sample_maps/tjunction_right.osm");
-    let build = |output: &str| lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", output]);
-    build("town.osm").fails_saying(&["town.osm names a file", "build into town"]);
-    build(".osm").fails_saying(&["build into map"]);
-    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
-    // A directory of that name that is there already is meant.
-    fs::create_dir(dir.path().join("town.osm")).unwrap();
-    build("town.osm").exits(0);
-}
-
 /// The input lies beside the map that is built from it: what one build has written does not influence the next.
 #[test]
 fn what_a_build_has_written_does_not_influence_the_next() {
