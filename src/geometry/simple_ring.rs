@@ -191,6 +191,11 @@ pub fn is_simple(ring: &[Point]) -> bool {
     faults(ring, 0.0, 1).is_empty()
 }
 
+/// Whether edges of a ring meet that are no neighbours.
+pub fn meets_itself(ring: &[Point]) -> bool {
+    matches!(faults(ring, 0.0, 1).first(), Some(RingFault::Crossing(..)))
+}
+
 /// The point at which two segments meet, ends included.
 fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
     let sides = [orientation(a, b, c), orientation(a, b, d), orientation(c, d, a), orientation(c, d, b)];
