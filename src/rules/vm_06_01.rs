@@ -67,7 +67,7 @@ fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Fi
 
 /// Square metres of a zone that a lanelet covers; with `crossed`, as the existing validator takes outlines that cross themselves.
 fn covered(outline: &[Place], road: &[Place], crossed: bool) -> f64 {
-    if crossed && [outline, road].into_iter().any(simple_ring::meets_itself) {
+    if crossed && [outline, road].into_iter().any(simple_ring::crosses_itself) {
         overlay::common_area_turned(outline, road)
     } else {
         polygon::overlap(outline, road)

@@ -10,7 +10,7 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use crate::geometry::insides::insides_meet;
-use crate::geometry::simple_ring::meets_itself;
+use crate::geometry::simple_ring::crosses_itself;
 use crate::geometry::{Point as Place, overlay, polygon};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
@@ -39,8 +39,8 @@ pub struct Seen<'m> {
     pub extent: [Place; 2],
     /// Square metres.
     pub area: f64,
-    /// Whether the outline meets itself, once somebody has asked.
-    meets_itself: OnceLock<bool>,
+    /// Whether the outline crosses itself, once somebody has asked.
+    crosses_itself: OnceLock<bool>,
 }
 
 /// The map, looked at once for all validators.
@@ -67,7 +67,7 @@ impl<'m> Seen<'m> {
             extent: extent(&outline),
             area: polygon::signed_area(&outline).abs(),
             outline,
-            meets_itself: OnceLock::new(),
+            crosses_itself: OnceLock::new(),
         })
     }
 
@@ -98,7 +98,7 @@ impl<'m> Seen<'m> {
 
     /// Share of this lanelet's area (1) that an outline covers.
     pub fn share(&self, outline: &[Place]) -> f64 {
-        let common = if self.meets_itself() || meets_itself(outline) {
+        let common = if self.crosses_itself() || crosses_itself(outline) {
             overlay::common_area_turned(&self.outline, outline)
         } else {
             polygon::overlap_by_winding(&self.outline, outline)
@@ -106,13 +106,13 @@ impl<'m> Seen<'m> {
         common / self.area
     }
 
-    fn meets_itself(&self) -> bool {
-        *self.meets_itself.get_or_init(|| meets_itself(&self.outline))
+    fn crosses_itself(&self) -> bool {
+        *self.crosses_itself.get_or_init(|| crosses_itself(&self.outline))
     }
 
     /// Whether the insides of both meet. Lanelets that only touch do not.
     pub fn meets(&self, other: &Self) -> bool {
-        let plain = |seen: &Self| polygon::signed_area(&seen.outline) <= 0.0 && !seen.meets_itself();
+        let plain = |seen: &Self| polygon::signed_area(&seen.outline) <= 0.0 && !seen.crosses_itself();
         let meet = if plain(self) && plain(other) { insides_meet } else { overlay::insides_meet };
         boxes_meet(self.extent, other.extent) && meet(&self.outline, &other.outline)
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::geometry::extended::Extended;
-use crate::geometry::simple_ring::meets_itself;
+use crate::geometry::simple_ring::crosses_itself;
 use crate::geometry::{Point as Place, cross, left_of, orientation, overlay, polygon, segment_crossing};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
@@ -127,7 +127,7 @@ fn opposite(a: &Seen, b: &Seen) -> bool {
 /// What two outlines have in common, as a share of what either covers. An outline that runs counter-clockwise covers less than nothing.
 fn likeness(a: &[Place], b: &[Place]) -> f64 {
     let [own, other] = [a, b].map(|outline| -polygon::signed_area(outline));
-    let plain = own >= 0.0 && other >= 0.0 && !meets_itself(a) && !meets_itself(b);
+    let plain = own >= 0.0 && other >= 0.0 && !crosses_itself(a) && !crosses_itself(b);
     let common = if plain { polygon::overlap_by_winding(a, b) } else { overlay::common_area(a, b) };
     common / (own + other - common)
 }
