@@ -6,7 +6,7 @@ use super::Point;
 const CELLS: f64 = 1e7;
 
 /// A place on the grid; also a vector between two.
-type Cell = [i64; 2];
+pub(super) type Cell = [i64; 2];
 
 /// Whether two rings have interior points in common. Their vertices are first rounded to a grid over both, so that rings that
 /// overlap by less than a cell only touch. Rings that cross themselves count by the non-zero rule.
@@ -36,45 +36,45 @@ pub fn insides_meet(a: &[Point], b: &[Point]) -> bool {
 }
 
 /// The grid over two rings.
-struct Grid {
+pub(super) struct Grid {
     low: Point,
     /// Cells per metre.
     fineness: f64,
 }
 
 impl Grid {
-    fn over(a: &[Point], b: &[Point]) -> Option<Self> {
+    pub(super) fn over(a: &[Point], b: &[Point]) -> Option<Self> {
         let low = a.iter().chain(b).copied().reduce(|p, q| Point::new(p.x.min(q.x), p.y.min(q.y)))?;
         let size = a.iter().chain(b).map(|p| (p.x - low.x).max(p.y - low.y)).fold(0.0, f64::max);
         let fineness = if size > 0.0 { CELLS / size } else { 1.0 };
         Some(Self { low, fineness: if fineness < 1.0 { fineness } else { (fineness + 0.5).floor() } })
     }
 
-    fn cell(&self, p: Point) -> Cell {
+    pub(super) fn cell(&self, p: Point) -> Cell {
         // The sum is rounded as in Boost.Geometry.
         let at = |v: f64, low: f64| (-CELLS / 2.0 + (v - low) * self.fineness).round() as i64;
         [at(p.x, self.low.x), at(p.y, self.low.y)]
     }
 }
 
-fn minus([ax, ay]: Cell, [bx, by]: Cell) -> Cell {
+pub(super) fn minus([ax, ay]: Cell, [bx, by]: Cell) -> Cell {
     [ax - bx, ay - by]
 }
 
-fn cross(a: Cell, b: Cell) -> i64 {
+pub(super) fn cross(a: Cell, b: Cell) -> i64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn dot(a: Cell, b: Cell) -> i64 {
+pub(super) fn dot(a: Cell, b: Cell) -> i64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
 /// The smallest and the largest value of one coordinate.
-fn range(cells: &[Cell], axis: usize) -> [i64; 2] {
+pub(super) fn range(cells: &[Cell], axis: usize) -> [i64; 2] {
     cells.iter().fold([i64::MAX, i64::MIN], |[low, high], cell| [low.min(cell[axis]), high.max(cell[axis])])
 }
 
-fn apart(a: [i64; 2], b: [i64; 2]) -> bool {
+pub(super) fn apart(a: [i64; 2], b: [i64; 2]) -> bool {
     a[1] < b[0] || b[1] < a[0]
 }
 
@@ -105,6 +105,11 @@ fn cuts(from: Cell, to: Cell, ring: &[Cell]) -> Option<Vec<i64>> {
     cuts.sort_unstable();
     cuts.dedup();
     Some(cuts)
+}
+
+/// Whether a cell lies inside a ring, not on it.
+pub(super) fn lies_in(cell: Cell, ring: &[Cell]) -> bool {
+    matches!(Middle { at: cell.map(i128::from), scale: 1 }.side(ring), Side::In)
 }
 
 /// Where a place lies relative to a ring.

@@ -8,6 +8,7 @@ pub mod extended;
 pub mod fillet;
 pub mod insides;
 pub mod miter;
+pub mod overlay;
 pub mod polygon;
 pub mod polyline;
 pub mod pose;

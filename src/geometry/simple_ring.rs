@@ -191,6 +191,17 @@ pub fn is_simple(ring: &[Point]) -> bool {
     faults(ring, 0.0, 1).is_empty()
 }
 
+/// Whether edges of a ring cross, each with its ends on both sides of the other. A ring that only touches itself does not.
+pub fn crosses_itself(ring: &[Point]) -> bool {
+    let mut places = ring.to_vec();
+    places.dedup();
+    faults(&places, 0.0, usize::MAX).iter().any(|fault| {
+        let RingFault::Crossing(i, j, _) = *fault else { return false };
+        let [a, b, c, d] = [i, i + 1, j, j + 1].map(|at| places[at % places.len()]);
+        orientation(a, b, c) * orientation(a, b, d) < 0.0 && orientation(c, d, a) * orientation(c, d, b) < 0.0
+    })
+}
+
 /// The point at which two segments meet, ends included.
 fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
     let sides = [orientation(a, b, c), orientation(a, b, d), orientation(c, d, a), orientation(c, d, b)];
@@ -225,6 +236,13 @@ mod tests {
     fn a_bow_tie_crosses_in_the_middle() {
         let bow = ring(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]);
         assert_eq!(faults(&bow, 1.0, 9), [RingFault::Crossing(0, 2, Point::new(1.0, 1.0))]);
+    }
+
+    #[test]
+    fn a_ring_that_touches_itself_does_not_cross_itself() {
+        let corners = [(0.0, 0.0), (2.0, 2.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)];
+        assert!(crosses_itself(&ring(&corners)));
+        assert!(!crosses_itself(&ring(&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 0.0), (0.0, 4.0)])));
     }
 
     #[test]

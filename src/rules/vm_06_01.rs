@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Subject};
-use crate::geometry::{Point as Place, polygon, simple_ring};
+use crate::geometry::{Point as Place, overlay, polygon, simple_ring};
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{PointId, Polygon};
@@ -21,6 +21,8 @@ pub struct Params {
     clockwise_only: bool,
     /// Whether lanelets of intersections count, into which zones reach.
     everywhere: bool,
+    /// Whether zones that are no valid polygons are judged further.
+    invalid_too: bool,
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
@@ -43,7 +45,9 @@ fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Fi
     }
     if !simple_ring::faults(&outline, SPIKE, 1).is_empty() {
         findings.push(Finding::new("invalid", subject, format!("Buffer zone {id} is no valid polygon.")));
-        return findings;
+        if !params.invalid_too {
+            return findings;
+        }
     }
     if params.clockwise_only && polygon::signed_area(&outline) > 0.0 {
         return findings;
@@ -51,7 +55,7 @@ fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Fi
     let area = polygon::signed_area(&outline).abs();
     let counts = |id| params.everywhere || !map.lane(id).is_some_and(|lane| map.has_area(lane));
     for road in lanes().filter(|seen| seen.is("road") && counts(seen.id())) {
-        let share = covered(&outline, &road.outline, area);
+        let share = covered(&outline, &road.outline, params.invalid_too) / area;
         if share > params.overlap {
             let message = format!("{:.1} % of buffer zone {id} lies on road lanelet {}.", 100.0 * share, road.id());
             let finding = Finding::new("overlap", subject, message).with(Subject::Lanelet(road.id().0), "road");
@@ -61,6 +65,11 @@ fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Fi
     findings
 }
 
-fn covered(outline: &[Place], road: &[Place], area: f64) -> f64 {
-    polygon::overlap(outline, road) / area
+/// Square metres of a zone that a lanelet covers; with `crossed`, as the existing validator takes outlines that cross themselves.
+fn covered(outline: &[Place], road: &[Place], crossed: bool) -> f64 {
+    if crossed && [outline, road].into_iter().any(simple_ring::crosses_itself) {
+        overlay::common_area_turned(outline, road)
+    } else {
+        polygon::overlap(outline, road)
+    }
 }

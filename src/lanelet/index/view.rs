@@ -1,5 +1,7 @@
 //! The map as Lanelet2 sees it: every lanelet that loads, in the plane, also those that the index leaves out.
 
+use std::sync::OnceLock;
+
 use geo::Coord;
 use geo::coordinate_position::{CoordPos, CoordinatePosition};
 use rayon::prelude::*;
@@ -8,7 +10,8 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use crate::geometry::insides::insides_meet;
-use crate::geometry::{Point as Place, polygon};
+use crate::geometry::simple_ring::crosses_itself;
+use crate::geometry::{Point as Place, overlay, polygon};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Member, Point, Polygon, RegulatoryElement, RegulatoryElementId,
@@ -36,6 +39,8 @@ pub struct Seen<'m> {
     pub extent: [Place; 2],
     /// Square metres.
     pub area: f64,
+    /// Whether the outline crosses itself, once somebody has asked.
+    crosses_itself: OnceLock<bool>,
 }
 
 /// The map, looked at once for all validators.
@@ -62,6 +67,7 @@ impl<'m> Seen<'m> {
             extent: extent(&outline),
             area: polygon::signed_area(&outline).abs(),
             outline,
+            crosses_itself: OnceLock::new(),
         })
     }
 
@@ -92,12 +98,23 @@ impl<'m> Seen<'m> {
 
     /// Share of this lanelet's area (1) that an outline covers.
     pub fn share(&self, outline: &[Place]) -> f64 {
-        polygon::overlap_by_winding(&self.outline, outline) / self.area
+        let common = if self.crosses_itself() || crosses_itself(outline) {
+            overlay::common_area_turned(&self.outline, outline)
+        } else {
+            polygon::overlap_by_winding(&self.outline, outline)
+        };
+        common / self.area
+    }
+
+    fn crosses_itself(&self) -> bool {
+        *self.crosses_itself.get_or_init(|| crosses_itself(&self.outline))
     }
 
     /// Whether the insides of both meet. Lanelets that only touch do not.
     pub fn meets(&self, other: &Self) -> bool {
-        boxes_meet(self.extent, other.extent) && insides_meet(&self.outline, &other.outline)
+        let plain = |seen: &Self| polygon::signed_area(&seen.outline) <= 0.0 && !seen.crosses_itself();
+        let meet = if plain(self) && plain(other) { insides_meet } else { overlay::insides_meet };
+        boxes_meet(self.extent, other.extent) && meet(&self.outline, &other.outline)
     }
 }
 

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::geometry::extended::Extended;
-use crate::geometry::{Point as Place, cross, left_of, orientation, polygon, segment_crossing};
+use crate::geometry::simple_ring::crosses_itself;
+use crate::geometry::{Point as Place, cross, left_of, orientation, overlay, polygon, segment_crossing};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
@@ -123,10 +124,11 @@ fn opposite(a: &Seen, b: &Seen) -> bool {
     a.lanelet.left == turned(b.lanelet.left) || a.lanelet.right == turned(b.lanelet.right)
 }
 
-/// What two outlines have in common, as a share of what either covers.
+/// What two outlines have in common, as a share of what either covers. An outline that runs counter-clockwise covers less than nothing.
 fn likeness(a: &[Place], b: &[Place]) -> f64 {
-    let [own, other] = [a, b].map(|outline| polygon::signed_area(outline).abs());
-    let common = polygon::overlap_by_winding(a, b);
+    let [own, other] = [a, b].map(|outline| -polygon::signed_area(outline));
+    let plain = own >= 0.0 && other >= 0.0 && !crosses_itself(a) && !crosses_itself(b);
+    let common = if plain { polygon::overlap_by_winding(a, b) } else { overlay::common_area(a, b) };
     common / (own + other - common)
 }
 

@@ -72,17 +72,23 @@ fn pairs_of(seen: &LanesSeen, at: usize) -> Vec<Pair> {
     let lanelet = &seen.view.lanelets[at];
     let own = light(seen.view, lanelet).filter(|_| seen.judged(at) == Judged::By(Ruled::ByLight));
     let Some(own) = own else { return Vec::new() };
-    let listed = seen.element(at).map(|element| seen.listed(element)).unwrap_or_default();
-    let met = seen.wanted(at, Ruled::ByNothing).into_iter();
+    // Without an element nothing is compared.
+    let Some(element) = seen.element(at) else { return Vec::new() };
+    let listed = seen.listed(element);
+    let met = seen.wanted(at, Ruled::ByNothing);
+    let ignored = |other: usize| listed.binary_search(&other).is_ok();
+    // If both turn onto the same road and have green together, no light decides who goes first: the other one need not be listed.
+    // Where the lanelet may ignore nobody else, its list has to hold it, and the validator has to expect it there.
+    let mut others = met.iter().filter(|&&other| ignored(other));
+    let needed = others.all(|&other| seen.meets_oncoming_turn(at, other));
     let pair = |other: usize| {
         let beside = &seen.view.lanelets[other];
         let theirs = light(seen.view, beside).filter(|(id, _)| *id != own.0)?;
-        let apart = listed.binary_search(&other).is_ok();
-        // If both turn onto the same road and have green together, no light decides who goes first.
-        let turns = turns_before(lanelet, beside) || (apart && seen.meets_oncoming_turn(at, other));
-        (!turns).then_some(([own, theirs], apart))
+        let apart = ignored(other);
+        let undecided = turns_before(lanelet, beside) || (apart && !needed && seen.meets_oncoming_turn(at, other));
+        (!undecided).then_some(([own, theirs], apart))
     };
-    met.filter_map(pair).collect()
+    met.into_iter().filter_map(pair).collect()
 }
 
 /// The least turn, degrees, with which a light contradicts the fewest rights of way.
