@@ -15,7 +15,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::unreachable_lanes::end_road_without_turns;
+use crate::builder::network::unreachable_lanes::{direct_single_track, end_road_without_turns};
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{
     ConsolidateOptions, MergeNote, MergeReason, absorb_roads, crowded_accesses, crowds, without_roads,
@@ -26,7 +26,9 @@ use crate::diagnostic::Finding;
 
 use super::lane_drops::{added_lanes, lane_drops};
 use super::map_layout::Layout;
-use super::roads_inside::{ends_without_turns, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out};
+use super::roads_inside::{
+    ends_without_turns, half_served_ends, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out,
+};
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
 /// The largest number of rounds. No layout needs that number: each round cuts more off roads, merges some or leaves some out, so the
@@ -129,6 +131,11 @@ impl LayoutLoop<'_> {
             }
             if let Some(anew) = self.without_useless_merges() {
                 return ControlFlow::Continue(self.begun_anew(&before, anew));
+            }
+            let directed = self.direct_single_tracks();
+            if !directed.is_empty() {
+                self.layout.redraw(&directed);
+                return ControlFlow::Continue(self);
             }
             let drops = lane_drops(&self.layout);
             if !drops.is_empty() {
@@ -240,6 +247,19 @@ impl LayoutLoop<'_> {
         let changed = !notes.is_empty();
         self.road_notes.append(&mut notes);
         changed
+    }
+
+    /// Takes the direction from single tracks that no lanelet serves at an end. Gives these roads, in order.
+    fn direct_single_tracks(&mut self) -> Vec<RoadIx> {
+        let mut directed = BTreeSet::new();
+        for (at, away) in half_served_ends(&self.layout) {
+            let Layout { network, restrictions, .. } = &mut self.layout;
+            if let Some(note) = direct_single_track(network, restrictions, at, away) {
+                self.road_notes.push(note);
+                directed.insert(at.road);
+            }
+        }
+        directed.into_iter().collect()
     }
 
     /// Draws what has changed since the network was `before`: some roads are gone.

@@ -65,6 +65,18 @@ pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
     served_ends(layout).filter(|end| end.joined == [false; 2]).map(|end| end.at).collect()
 }
 
+/// The ends of roads with lanes of both directions at which lanelets join those of one direction only; with `true` where no lanelet
+/// leads to the lanes that lead away, and `false` where none leads from those that arrive.
+pub fn half_served_ends(layout: &Layout) -> Vec<(RoadEnd, bool)> {
+    let half = served_ends(layout).filter(|end| end.has == [true; 2]);
+    half.filter_map(|end| match end.joined {
+        [true, false] => Some((end.at, true)),
+        [false, true] => Some((end.at, false)),
+        _ => None,
+    })
+    .collect()
+}
+
 /// Whether a road is a dead end at one of its ends.
 fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
     [road.from, road.to].iter().any(|&at| network.intersection(at).arms.len() < 2)

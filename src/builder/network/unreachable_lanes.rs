@@ -178,6 +178,21 @@ pub fn end_road_without_turns(
     if !notes.is_empty() && detach(network, kept, at) { notes } else { Vec::new() }
 }
 
+/// Takes a direction from a single track for which no lanelet leads to it at its end (`away`) or from it, though one does for the other
+/// direction. With a note; `None` where the road is no single track.
+pub fn direct_single_track(
+    network: &mut RoadNetwork,
+    restrictions: &ResolvedRestrictions,
+    at: RoadEnd,
+    away: bool,
+) -> Option<Finding> {
+    let strip = two_way_strip(network, at.road).filter(|_| network.road(at.road).section.driven().count() == 1)?;
+    let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Angle);
+    let note = ClosedLanes { at, travel: travel(at.end, away), why, whole_end: false }.note(network);
+    network.roads[at.road].section.strips[strip].travel = travel(at.end, !away);
+    Some(note)
+}
+
 /// Ends a road before its intersection; `false` where it is too short or the only road there.
 fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) -> bool {
     let old = network.intersection_at(at);

@@ -245,3 +245,28 @@ fn lanes_merge_behind_the_intersection_and_not_in_it() {
     let [one, other] = with_lane_drop("highway=primary oneway=yes lanes=3", three, 150.0);
     assert_eq!([merging(&one), merging(&other)], [(0, 0); 2]);
 }
+
+#[test]
+fn a_single_track_has_only_the_direction_in_which_cars_can_turn_into_it() {
+    for side in SIDES {
+        // A drive beside a one-way street. At its northern end cars would have to turn almost back into it.
+        let nodes = [
+            (1, 0.0, -100.0, ""),
+            (2, 0.0, -20.0, ""),
+            (3, 0.0, 20.0, ""),
+            (4, 0.0, 100.0, ""),
+            (5, -8.0, 8.0, ""),
+            (6, -8.0, -20.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 2] = [
+            (11, &[1, 2, 3, 4], "highway=residential oneway=yes"),
+            (12, &[3, 5, 6, 2], "highway=service service=driveway lanes=1"),
+        ];
+        let Built { map, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let drive = |id: &str| id.starts_with("12:");
+        let lanelets = map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(drive)).count();
+        let told = "nobody can enter the lanes of way 12 with its line, nodes 3 to 2, at node 3: a car would have to turn back";
+        let told = notes.iter().filter(|note| note.message.ends_with(told)).count();
+        assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
+    }
+}
