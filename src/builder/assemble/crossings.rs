@@ -40,7 +40,7 @@ impl Crossings {
         turning: &[Option<Box<IntersectionLanelets>>],
     ) -> (Self, Vec<Finding>) {
         let (mut all, mut left_out) = (Self::default(), Vec::new());
-        for crossing in &lines.crossings {
+        for crossing in lines.crossings.iter().filter(|crossing| crossing.lights_only.is_none()) {
             let Some(under) = under(crossing, network, turning) else {
                 left_out.push(idle(crossing, network));
                 continue;

@@ -13,10 +13,11 @@ use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::approach_control::Control;
+use crate::builder::network::signal_assignment::has_lights;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::Polyline;
+use crate::geometry::{Point, Polyline};
 use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId};
 use crate::settings::IntersectionSettings;
 
@@ -79,6 +80,8 @@ impl<'a> IntersectionAssembly<'a> {
             let prohibited = prohibited(&turning.plan, &turning.drawn, &arms);
             let traffic = Traffic { paths, conflicts: &turning.conflicts.unwrap_or_default() };
             one.area(intersection, &arms, traffic, &prohibited, &area);
+        } else if intersection.signals {
+            one.lights(intersection, &arms, paths);
         }
         (one.assembly.into_part(), one.output)
     }
@@ -154,6 +157,19 @@ impl<'a> IntersectionAssembly<'a> {
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(arms, &headings, self.context.lanes);
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
+    }
+
+    /// Adds the lights where no lanelets cross, as where a road divides, on the arms that they face.
+    fn lights(&mut self, intersection: &Intersection, arms: &[&Arm], paths: &[TurningLanelet]) {
+        let (driving, key) = (self.context.network.side, intersection_key("intersection", intersection).word("arm"));
+        let bicycles = std::mem::take(&mut self.bicycles);
+        let places: Vec<Point> = paths.iter().flat_map(|path| self.assembly.outline(path.lanelet)).collect();
+        let lit = arms.iter().enumerate().filter(|(_, arm)| has_lights(self.context.network, arm.at));
+        for (i, arm) in lit {
+            let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, Control::Signals, false);
+            let controlled = ControlledArm { arm: &arm, control: Control::Signals, approaches: &approaches, driving };
+            controlled.draw(&mut self.assembly, key, &places);
+        }
     }
 
     /// Adds the polygon of the area, and notes its faults.

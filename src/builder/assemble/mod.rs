@@ -49,7 +49,7 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = side_lanes(&mut assembly, network, &lanes, |assembly| turning_bounds(assembly, &turning));
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &turning);
-    let unlit = mid_block_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
+    let unlit = mid_block_signals::draw(&mut assembly, network, &lines, &lanes, &lit);
     let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));

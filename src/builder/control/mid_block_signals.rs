@@ -1,11 +1,16 @@
-//! Vehicle signals at pedestrian signals between intersections: a stop line before the crosswalk on each lane, and a light behind
-//! the crosswalk for each direction.
+//! Vehicle signals between intersections: a stop line before the crosswalk on each lane, and a light behind the crosswalk for each
+//! direction.
 //!
-//! Where people have lights, drivers need lights to stop for them. The road is split at the stop lines, so that the elements of
-//! the lights belong to the lanelets that begin there, as inside intersections.
+//! Where people have lights, drivers need lights to stop for them. Lights without a crosswalk hold vehicles before a place of the
+//! same length. The road is split at the stop lines, so that the elements of the lights belong to the lanelets that begin there, as
+//! inside intersections.
 //!
 //! Where people cross so close to an intersection without lights that no vehicle can wait between, vehicles on that road stop
 //! before the intersection: it has lights for that road, and the other roads give way.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::{
     CROSSWALK_BREADTH, ConnectionLines, RoadCrossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, has_lights,
@@ -14,9 +19,10 @@ use crate::builder::lanes::types::{Lanes, RoadLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::{Control, sign_at};
-use crate::builder::network::{End, Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::signal_assignment::arrives;
+use crate::builder::network::{End, FeatureKind, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
-use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::cross_section::Travel;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
@@ -32,7 +38,7 @@ const BEHIND_LIGHTS: f64 = 30.0;
 /// Between crosswalks that are less than this apart, metres, no vehicle can wait: one light holds it before both.
 const TOGETHER: f64 = 2.0 * STOP_GAP + VEHICLE;
 
-/// A part of a road between intersections with crossings that have pedestrian signals.
+/// A part of a road between intersections with crossings that have pedestrian signals, or with lights alone.
 pub struct SignalisedCrossing {
     /// The road.
     pub road: RoadIx,
@@ -60,16 +66,24 @@ pub fn signalised_crossings(
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
     let mut found: Vec<SignalisedCrossing> = Vec::new();
     for crossing in between.filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
-        let span = [crossing.station - half, crossing.station + half];
+        let RoadCrossing { road, node, station, lights_only, .. } = *crossing;
+        let span = [station - half, station + half];
+        let is_for =
+            |travel: Option<Travel>, end: End| travel.is_none_or(|it| it == end.inbound() || it == Travel::Both);
+        let stops = End::BOTH.map(|end| is_for(lights_only, end) && is_for(network.road(road).one_way(), end));
         match found.last_mut() {
-            Some(last) if last.road == crossing.road && span[0] - last.span[1] < TOGETHER => last.span[1] = span[1],
-            _ => found.push(SignalisedCrossing { road: crossing.road, node: crossing.node, span, stops: [true; 2] }),
+            Some(last) if last.road == road && span[0] - last.span[1] < TOGETHER => {
+                last.span[1] = span[1];
+                last.stops = [0, 1].map(|end| last.stops[end] || stops[end]);
+            }
+            _ => found.push(SignalisedCrossing { road, node, span, stops }),
         }
     }
     for crossing in &mut found {
         let [start, end] = lines.kept[crossing.road];
         let from = |end, driven| leaves_lights(network, lines, turning, RoadEnd { road: crossing.road, end }, driven);
-        crossing.stops = [!from(End::End, end - crossing.span[1]), !from(End::Start, crossing.span[0] - start)];
+        crossing.stops[End::Start] &= !from(End::End, end - crossing.span[1]);
+        crossing.stops[End::End] &= !from(End::Start, crossing.span[0] - start);
     }
     found.retain(|crossing| crossing.stops != [false; 2]);
     found
@@ -94,7 +108,8 @@ fn leaves_lights(
         if area.is_some() {
             return true;
         }
-        for before in intersection.arms.iter().filter(|before| before.road != at.road) {
+        let others = intersection.arms.iter().filter(|before| before.road != at.road);
+        for before in others.filter(|before| arrives(network.road(before.road), before.end)) {
             let [start, end] = lines.kept[before.road];
             open.push((RoadEnd { road: before.road, end: before.end.other() }, driven + end - start));
         }
@@ -188,28 +203,45 @@ fn unlit(network: &RoadNetwork, road: RoadIx, node: i64, station: f64, message: 
         .at(Place::Point(road.line.at(station)))
 }
 
-/// Draws the vehicle signals, and gives notes of lanes that have no room for a stop line.
+/// Why drivers have no lights at this node of a way.
+fn no_room(way: i64, node: i64) -> String {
+    format!("Way {way} has no room for stop lines before the lights at node {node}: its drivers have none.")
+}
+
+/// Notes of lights between intersections whose roads are too short for them.
+fn left_out(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Finding> {
+    let placed: FxHashSet<i64> = lines.crossings.iter().map(|crossing| crossing.node).collect();
+    let mut notes = BTreeMap::new();
+    for (ix, road) in RoadIx::all(network.roads.len()).zip(&network.roads) {
+        for feature in &road.features {
+            if matches!(feature.kind, FeatureKind::MidBlockSignals(_)) && !placed.contains(&feature.node) {
+                let message = no_room(road.key.way, feature.node);
+                notes.entry(feature.node).or_insert_with(|| unlit(network, ix, feature.node, feature.station, message));
+            }
+        }
+    }
+    notes.into_values().collect()
+}
+
+/// Draws the vehicle signals, and gives notes of roads and lanes that have no room for a stop line.
 pub fn draw(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
+    lines: &ConnectionLines,
     lanes: &Lanes,
-    driving: DrivingSide,
     crossings: &[SignalisedCrossing],
 ) -> Vec<Finding> {
-    let mut notes = Vec::new();
+    let mut notes = left_out(network, lines);
     for crossing in crossings {
         let Some((piece, own)) = lanes.piece_at(crossing.road, crossing.middle()) else { continue };
         let gaps = [piece.span[1] - crossing.span[1], crossing.span[0] - piece.span[0]];
         for toward in End::BOTH.into_iter().filter(|toward| crossing.stops[*toward]) {
             let own: Vec<&RoadLane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
             if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward]) {
-                draw_one_way(assembly, network, driving, (crossing, toward), &own);
+                draw_one_way(assembly, network, (crossing, toward), &own);
             } else if !own.is_empty() {
                 let (node, way) = (crossing.node, network.road(crossing.road).key.way);
-                let message = format!(
-                    "Way {way} has no room for stop lines before node {node}, where people have lights: its drivers have none."
-                );
-                notes.push(unlit(network, crossing.road, node, crossing.middle(), message));
+                notes.push(unlit(network, crossing.road, node, crossing.middle(), no_room(way, node)));
             }
         }
     }
@@ -220,7 +252,6 @@ pub fn draw(
 fn draw_one_way(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
-    driving: DrivingSide,
     (crossing, toward): (&SignalisedCrossing, End),
     lanes: &[&RoadLane],
 ) {
@@ -231,7 +262,7 @@ fn draw_one_way(
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
     assembly.set_ground(Ground::under(road));
-    let shape = LightShape::new(driving, road.line.at(station) + left_of(along) * middle, along * forth);
+    let shape = LightShape::new(network.side, road.line.at(station) + left_of(along) * middle, along * forth);
     let key = road.key_of("drive lights").number(crossing.node).number(toward.index() as i64);
     let light = add_light(assembly, key, &shape);
     for lane in lanes {

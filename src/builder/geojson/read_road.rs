@@ -175,6 +175,7 @@ fn furniture(road: &RoadShape, index: usize, shape: &FurnitureShape) -> Furnitur
             marked: shape.marked.unwrap_or_default(),
         },
         FurnitureKind::Signals => FeatureKind::Signals(travel),
+        FurnitureKind::MidBlockSignals => FeatureKind::MidBlockSignals(travel),
         FurnitureKind::Stop => FeatureKind::Stop(travel),
         FurnitureKind::GiveWay => FeatureKind::GiveWay(travel),
         FurnitureKind::StopLine => FeatureKind::StopLine(travel),

@@ -146,6 +146,7 @@ impl From<KeyShape> for RoadKey {
 pub enum FurnitureKind {
     Crossing,
     Signals,
+    MidBlockSignals,
     Stop,
     GiveWay,
     StopLine,

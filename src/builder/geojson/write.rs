@@ -378,6 +378,7 @@ fn furniture(feature: &Furniture) -> FurnitureShape {
     let (kind, travel, crossing) = match feature.kind {
         FeatureKind::Crossing { signals, marked } => (FurnitureKind::Crossing, None, Some([signals, marked])),
         FeatureKind::Signals(travel) => (FurnitureKind::Signals, Some(travel), None),
+        FeatureKind::MidBlockSignals(travel) => (FurnitureKind::MidBlockSignals, Some(travel), None),
         FeatureKind::Stop(travel) => (FurnitureKind::Stop, Some(travel), None),
         FeatureKind::GiveWay(travel) => (FurnitureKind::GiveWay, Some(travel), None),
         FeatureKind::StopLine(travel) => (FurnitureKind::StopLine, Some(travel), None),

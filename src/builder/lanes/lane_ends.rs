@@ -12,7 +12,7 @@ mod turn_setback;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
 use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
-use crate::builder::tags::cross_section::SIDEWALK;
+use crate::builder::tags::cross_section::{SIDEWALK, Travel};
 use crate::geometry::{angle_between, cross};
 use crate::lanelet::index::HEADING_REACH;
 use crate::parallel::Finely;
@@ -79,16 +79,31 @@ pub fn connection_lines<'a>(
             cuts[road] = cut(road, setbacks[road]);
         }
     }
-    let mut placed: FxHashSet<i64> = FxHashSet::default();
-    // A crossing between intersections can lie on the node where two roads meet: one of them has it.
-    let once = |crossing: &&RoadCrossing| crossing.arm.is_some() || placed.insert(crossing.node);
     ConnectionLines {
         kept: cuts.iter().map(|cut| cut.kept).collect(),
         inward: cuts.iter().map(|cut| cut.inward).collect(),
         least: least.clone(),
-        crossings: cuts.iter().flat_map(|cut| &cut.crossings).filter(once).cloned().collect(),
+        crossings: crossings_once(network, &cuts),
         cuts,
     }
+}
+
+/// The crossings of all roads. One between intersections can lie on the node where two roads meet: one of them has it, rather that on
+/// which vehicles arrive, so that they stop before the place where lanes begin or end.
+fn crossings_once(network: &RoadNetwork, cuts: &[RoadCut]) -> Vec<RoadCrossing> {
+    let all = || cuts.iter().flat_map(|cut| &cut.crossings);
+    let leads_there = |crossing: &RoadCrossing| {
+        let road = network.road(crossing.road);
+        let last = End::BOTH.into_iter().find(|end| road.one_way() == Some(end.inbound()));
+        crossing.arm.is_none() && last.is_some_and(|end| road.node(end) == crossing.node)
+    };
+    let before: FxHashSet<i64> = all().filter(|it| leads_there(it)).map(|it| it.node).collect();
+    let mut placed: FxHashSet<i64> = FxHashSet::default();
+    let once = |crossing: &&RoadCrossing| {
+        let is_elsewhere = before.contains(&crossing.node) && !leads_there(crossing);
+        crossing.arm.is_some() || !is_elsewhere && placed.insert(crossing.node)
+    };
+    all().filter(once).cloned().collect()
 }
 
 /// Cuts a road at its setbacks, and farther out where people cross.
@@ -101,6 +116,7 @@ fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut
     crossings.iter_mut().for_each(|crossing| plan.move_to_cut(crossing, kept, at_stop_line));
     // A crossing between intersections lies on the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || move_between(plan.road, crossing, kept));
+    crossings.sort_by(|a, b| a.station.total_cmp(&b.station));
     let straight = End::BOTH.map(|end| {
         let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
         let without = demand.setbacks[end].max(demand.comfort[end]);
@@ -166,23 +182,30 @@ impl<'a> CutPlan<'a> {
         from_cut(self.least, end, station) <= self.stop_lines[end].unwrap_or_default().max(CROSSING_REACH)
     }
 
-    /// The crossings of the road; at most one of them belongs to each arm.
+    /// The crossings of the road, and the lights between intersections; at most one crossing belongs to each arm.
     fn crossings(&self) -> Vec<RoadCrossing> {
         let (half, cut) = (CROSSWALK_BREADTH / 2.0, self.least);
         let mut found: Vec<RoadCrossing> = Vec::new();
         for feature in &self.road.features {
-            let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
+            let (lights, lights_only) = match feature.kind {
+                FeatureKind::Crossing { signals, .. } => (signals, None),
+                FeatureKind::MidBlockSignals(travel) => (true, Some(travel)),
+                _ => continue,
+            };
             let depth = |end: End| from_cut(cut, end, feature.station);
             let near = if depth(End::End) < depth(End::Start) { End::End } else { End::Start };
-            let arm = (self.is_approach(near) && self.belongs(near, feature.station, lights)).then_some(near);
-            let station = arm.map_or(feature.station, |end| {
+            let belongs =
+                lights_only.is_none() && self.is_approach(near) && self.belongs(near, feature.station, lights);
+            let arm = belongs.then_some(near);
+            let between = feature.station + lights_only.map_or(0.0, behind_stop_line);
+            let station = arm.map_or(between, |end| {
                 let least = (half + CORNER_GAP).min(self.edge_of_crossing_road(end) + half + LANE_GAP);
                 at_depth(cut, end, from_cut(cut, end, feature.station).max(least))
             });
             let free = arm.is_none_or(|end| !found.iter().any(|crossing| crossing.arm == Some(end)));
             let inside = station > cut[0] + half && station < cut[1] - half;
             if free && (inside || arm.is_some() || self.continues(near)) {
-                found.push(RoadCrossing { node: feature.node, road: self.ix, station, arm });
+                found.push(RoadCrossing { node: feature.node, road: self.ix, station, arm, lights_only });
             }
         }
         found
@@ -255,6 +278,17 @@ impl<'a> CutPlan<'a> {
         let depth = from_cut(self.least, end, crossing.station);
         let depth = if at_stop_line[end] { depth } else { depth.max(middle - STOP_GAP_MOST) };
         crossing.station = at_depth(self.least, end, depth.min(middle - STOP_GAP_LEAST));
+    }
+}
+
+/// From lights for one direction of travel, where vehicles stop, to the middle of the place that they keep clear, metres along the
+/// road's line.
+fn behind_stop_line(travel: Travel) -> f64 {
+    let behind = CROSSWALK_BREADTH / 2.0 + STOP_GAP;
+    match travel {
+        Travel::Forward => behind,
+        Travel::Backward => -behind,
+        Travel::Both => 0.0,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Where a road is cut before an intersection, and where people cross it.
 
 use crate::builder::network::{End, FeatureKind, Road, RoadIx, Stations};
+use crate::builder::tags::cross_section::Travel;
 use crate::geometry::Vector;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
@@ -16,7 +17,7 @@ pub const VEHICLE: f64 = 5.0;
 /// Setbacks leave this much of a road, metres, so that the stop lines at its ends stay apart; turns need the rest more.
 pub const ROAD_LEFT: f64 = 2.0;
 
-/// A place where people cross the carriageway.
+/// A place where people cross the carriageway, or where lights hold vehicles though nobody crosses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadCrossing {
     /// Id of the OpenStreetMap node.
@@ -27,6 +28,8 @@ pub struct RoadCrossing {
     pub station: f64,
     /// The intersection it belongs to, by the arm; `None` between intersections.
     pub arm: Option<End>,
+    /// The direction of travel that lights hold where nobody crosses; `None` for a crosswalk.
+    pub lights_only: Option<Travel>,
 }
 
 /// Where every road is cut, and the crossings.
@@ -93,8 +96,9 @@ impl RoadCut {
     }
 }
 
-/// Whether a crossing has pedestrian signals, by the tags of its node or of the footway over it.
+/// Whether a crossing has lights, by the tags of its node, of the footway over it, or of a node nearby.
 pub fn has_lights(road: &Road, crossing: &RoadCrossing) -> bool {
     let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
-    road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
+    crossing.lights_only.is_some()
+        || road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
 }

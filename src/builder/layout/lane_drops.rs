@@ -30,7 +30,7 @@ const GAP: f64 = 0.3;
 /// The additional lanes that roads need so that no lanes merge in an intersection; at most for one end of each road.
 pub fn lane_drops(layout: &Layout) -> Vec<LaneDrop> {
     let drawn = layout.network.intersections.iter().zip(&layout.turning);
-    // Two roads with as many lanes are joined face to face, without lights between them.
+    // Where one road only goes on as another, lanes end on the way from one to the other.
     let junctions = drawn.filter(|(at, _)| at.arms.len() > 2);
     let exits = junctions.flat_map(|(at, turning)| {
         let paths = turning.as_ref().map_or(&[][..], |turning| &turning.drawn.paths[..]);
@@ -43,12 +43,12 @@ pub fn lane_drops(layout: &Layout) -> Vec<LaneDrop> {
     });
     let mut roads = FxHashSet::default();
     let drops = exits.filter_map(|(at, lanes)| Some(LaneDrop { at, lanes, length: length(layout, at)? }));
-    let drops: Vec<LaneDrop> = drops.filter(|drop| roads.insert(drop.at.road)).collect();
-    if drops.is_empty() {
-        return drops;
+    let mut drops: Vec<LaneDrop> = drops.collect();
+    if !drops.is_empty() {
+        let others = Neighbours::new(&layout.network);
+        drops.retain(|drop| others.leave_room(layout, drop) && roads.insert(drop.at.road));
     }
-    let others = Neighbours::new(&layout.network);
-    drops.into_iter().filter(|drop| others.leave_room(layout, drop)).collect()
+    drops
 }
 
 /// The note that a road begins with more lanes than its way has.
@@ -107,6 +107,7 @@ fn leads_to(kind: FeatureKind, at: RoadEnd) -> bool {
     let travel = match kind {
         FeatureKind::Crossing { .. } | FeatureKind::Sidewalk => return false,
         FeatureKind::Signals(travel)
+        | FeatureKind::MidBlockSignals(travel)
         | FeatureKind::Stop(travel)
         | FeatureKind::GiveWay(travel)
         | FeatureKind::StopLine(travel) => travel,

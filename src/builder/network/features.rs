@@ -63,6 +63,10 @@ impl<'a> NodeFeatures<'a> {
         }
         let Some(tags) = tags else { return kinds };
         let (kind, key): (fn(Travel) -> FeatureKind, _) = match highway {
+            // A ramp meter holds those on its ramp, before they come to an intersection.
+            Some("traffic_signals") if tags.is("traffic_signals", "ramp_meter") => {
+                (FeatureKind::MidBlockSignals, "traffic_signals:direction")
+            }
             Some("traffic_signals") => (FeatureKind::Signals, "traffic_signals:direction"),
             Some("stop") => (FeatureKind::Stop, "direction"),
             Some("give_way") => (FeatureKind::GiveWay, "direction"),

@@ -13,6 +13,7 @@ pub(crate) mod frame;
 pub(crate) mod hand_drawn;
 mod index;
 mod islands;
+mod mid_block_signals;
 pub mod network_diff;
 mod private_ground;
 mod read;
@@ -22,7 +23,7 @@ pub mod road_end;
 mod same_place;
 mod self_crossings;
 mod short_dead_ends;
-mod signal_assignment;
+pub mod signal_assignment;
 mod stop_line_assignment;
 #[cfg(test)]
 mod tests;
@@ -144,8 +145,11 @@ pub enum FeatureKind {
         /// Painted: `crossing=marked|zebra|uncontrolled|traffic_signals` or `crossing:markings` other than `no`.
         marked: bool,
     },
-    /// Lights for vehicles in this direction of travel (`Both` if the tags name none).
+    /// Lights for vehicles in this direction of travel (`Both` if the tags name none), of an intersection or a crossing.
     Signals(Travel),
+    /// Lights for vehicles in this direction of travel that hold them where they stand, between intersections and away from
+    /// crossings.
+    MidBlockSignals(Travel),
     /// A stop sign for vehicles in this direction of travel.
     Stop(Travel),
     /// A give-way sign for vehicles in this direction of travel.
@@ -164,6 +168,7 @@ impl FeatureKind {
         match self {
             Self::Crossing { .. } | Self::Sidewalk => self,
             Self::Signals(travel) => Self::Signals(change(travel)),
+            Self::MidBlockSignals(travel) => Self::MidBlockSignals(change(travel)),
             Self::Stop(travel) => Self::Stop(change(travel)),
             Self::GiveWay(travel) => Self::GiveWay(change(travel)),
             Self::StopLine(travel) => Self::StopLine(change(travel)),

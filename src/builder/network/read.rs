@@ -24,7 +24,7 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, private_ground, signal_assignment, stop_line_assignment, turning_loops,
+    islands, mid_block_signals, private_ground, signal_assignment, stop_line_assignment, turning_loops,
 };
 
 use rayon::prelude::*;
@@ -138,6 +138,7 @@ pub fn road_network(
     private_ground::close(&mut network, &barriers.private_gates());
     crossing_assignment::assign_crossings(osm, to_metres, &mut network, &mut notes);
     signal_assignment::assign(osm, &mut network, &mut notes);
+    mid_block_signals::find(&mut network);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
     let across = prohibited_turns(&network.intersections, &network.roads, &crossed);
     network.restrictions.extend(across);

@@ -40,7 +40,7 @@ pub(super) fn assign(osm: &OsmData, network: &mut RoadNetwork, notes: &mut Vec<F
 }
 
 /// Whether three or more arms meet here.
-fn is_crossing(network: &RoadNetwork, ix: IntersectionIx) -> bool {
+pub(super) fn is_crossing(network: &RoadNetwork, ix: IntersectionIx) -> bool {
     network.intersection(ix).arms.len() >= 3
 }
 
@@ -89,16 +89,21 @@ fn controls(osm: &OsmData, network: &RoadNetwork, ix: IntersectionIx) -> (bool, 
     if !is_crossing(network, ix) {
         return (false, false);
     }
-    let arms = network.intersection(ix).arms.iter().copied();
-    let approaches: Vec<RoadEnd> = arms.filter(|arm| arrives(network.road(arm.road), arm.end)).collect();
+    let approaches: Vec<RoadEnd> = approaches(network, ix).collect();
     let any = |fits: &dyn Fn(&Feature) -> bool| approaches.iter().any(|arm| controls_arm(network, *arm, fits));
     let stop_for = |feature: &Feature, whom: &str| {
         is_stop(feature) && osm.node(feature.node).is_some_and(|node| node.tags.is("stop", whom))
     };
-    let signals = any(&|feature| matches!(feature.kind, FeatureKind::Signals(_)));
+    let signals = approaches.iter().any(|arm| has_lights(network, *arm));
     let on_each = approaches.len() >= 3 && approaches.iter().all(|arm| controls_arm(network, *arm, is_stop));
     let all_stop = (on_each || any(&|feature| stop_for(feature, "all"))) && !any(&|feature| stop_for(feature, "minor"));
     (signals, all_stop)
+}
+
+/// The arms on which traffic arrives.
+pub(super) fn approaches(network: &RoadNetwork, ix: IntersectionIx) -> impl Iterator<Item = RoadEnd> + '_ {
+    let arms = network.intersection(ix).arms.iter().copied();
+    arms.filter(|arm| arrives(network.road(arm.road), arm.end))
 }
 
 fn is_stop(feature: &Feature) -> bool {
@@ -106,18 +111,23 @@ fn is_stop(feature: &Feature) -> bool {
 }
 
 /// Whether traffic reaches this end of the road.
-pub(super) fn arrives(road: &Road, end: End) -> bool {
+pub fn arrives(road: &Road, end: End) -> bool {
     road.one_way().is_none_or(|travel| travel == end.inbound())
+}
+
+/// Whether lights face the traffic that arrives on an arm.
+pub fn has_lights(network: &RoadNetwork, arm: RoadEnd) -> bool {
+    controls_arm(network, arm, |feature| matches!(feature.kind, FeatureKind::Signals(_)))
 }
 
 /// Whether a feature that fits controls the traffic that arrives on `arm`; the search goes on where one road only continues as
 /// another.
-fn controls_arm(network: &RoadNetwork, mut arm: RoadEnd, fits: impl Fn(&Feature) -> bool) -> bool {
+pub(super) fn controls_arm(network: &RoadNetwork, mut arm: RoadEnd, mut fits: impl FnMut(&Feature) -> bool) -> bool {
     let mut before = 0.0;
     // The limit ends the search in a ring of tiny roads.
     for _ in 0..8 {
         let road = network.road(arm.road);
-        if road.features.iter().any(|feature| fits(feature) && faces(network, arm, feature, before)) {
+        if road.features.iter().any(|feature| faces(network, arm, feature, before) && fits(feature)) {
             return true;
         }
         before += road.line.length();
@@ -139,7 +149,10 @@ fn faces(network: &RoadNetwork, arm: RoadEnd, feature: &Feature, before: f64) ->
     let faces = match feature.kind {
         FeatureKind::Signals(Travel::Both) => !far_crossing || before + distance <= length - distance,
         FeatureKind::Signals(t) | FeatureKind::Stop(t) | FeatureKind::GiveWay(t) => t == arm.end.inbound(),
-        FeatureKind::Crossing { .. } | FeatureKind::StopLine(_) | FeatureKind::Sidewalk => false,
+        FeatureKind::Crossing { .. }
+        | FeatureKind::MidBlockSignals(_)
+        | FeatureKind::StopLine(_)
+        | FeatureKind::Sidewalk => false,
     };
     // A feature on the node of the far crossing controls that one.
     faces && (!far_crossing || distance < length) && before + distance <= REACH

@@ -4,6 +4,7 @@
 mod crossing_lights;
 mod inside;
 mod lanes;
+mod mid_block_lights;
 mod shapes;
 mod signals;
 

@@ -225,13 +225,13 @@ impl IntersectionLanelets {
         let ruled = intersection.signals || intersection.all_way_stop || is_signed(network, intersection);
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
             let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
-            let by_area = !on_ring(network, intersection, path);
+            let by_area = intersection.signals || !on_ring(network, intersection, path);
             // A street joins a ring where another leaves it: their lanes cross within the length of one intersection.
             let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
-            // Vehicles that enter or leave a ring give way by its rules. A street that leads straight over a ring crosses the vehicles on it.
+            // Vehicles that enter or leave a ring without lights give way by its rules. A street that leads straight over a ring crosses the vehicles on it.
             let passes = |it: &TurningLanelet| {
                 let [from_ring, onto_ring] = ring_arms(network, intersection, it);
-                from_ring == onto_ring
+                from_ring == onto_ring || intersection.signals
             };
             let crosses = |it: &TurningLanelet| ruled || !joins_along(path, it);
             leaves_private_ground(network, intersection, path) && others.len() > 0

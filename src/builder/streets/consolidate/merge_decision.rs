@@ -74,7 +74,14 @@ fn stops_inside(road: &Road) -> bool {
     let length = road.line.length();
     road.features.iter().any(|f| {
         let inside = f.station > 1.0 && f.station < length - 1.0;
-        inside && matches!(f.kind, FeatureKind::Signals(_) | FeatureKind::Stop(_) | FeatureKind::GiveWay(_))
+        let is_control = match f.kind {
+            FeatureKind::Crossing { .. } | FeatureKind::StopLine(_) | FeatureKind::Sidewalk => false,
+            FeatureKind::Signals(_)
+            | FeatureKind::MidBlockSignals(_)
+            | FeatureKind::Stop(_)
+            | FeatureKind::GiveWay(_) => true,
+        };
+        inside && is_control
     })
 }
 
