@@ -162,7 +162,7 @@ impl<'a> Barriers<'a> {
         if end == End::Start {
             nodes.reverse();
         }
-        WayPiece { way: self.bus_ways[&first.way], nodes, turn: 0, edge: [false; 2] }
+        WayPiece { way: self.bus_ways[&first.way], nodes, turn: 0, edge: [false; 2], raised: first.raised }
     }
 }
 

@@ -1,16 +1,16 @@
-//! Cuts ways where they cross each other on the ground without a common node: their traffic meets there, and nobody turns.
+//! Cuts ways where they cross each other on one level without a common node: on the ground their traffic meets there, and nobody turns;
+//! where roads of their kind do not meet, one of them passes above the other.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::ids::Key;
-use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::spatial_hash::SpatialHash;
-use crate::geometry::{Point, segment_crossing};
+use crate::geometry::{Point, cross, segment_crossing};
 
 use super::access::Drivable;
-use super::frame::level;
+use super::assumed_bridges::{Bridges, WayCrossing, is_needed, stations};
 use super::same_place::SAME_PLACE;
 use super::way_pieces::WayPiece;
 use super::{Intersection, Road, TurnRestriction};
@@ -24,6 +24,13 @@ struct Segment {
     ends: [Point; 2],
 }
 
+impl Segment {
+    /// A place on the segment: the index of its piece, and the distance along that, metres.
+    fn place_on(&self, pieces: &[WayPiece], positions: &FxHashMap<i64, Point>, place: Point) -> (usize, f64) {
+        (self.piece, stations(&pieces[self.piece], positions)[self.at] + (place - self.ends[0]).norm())
+    }
+}
+
 /// Where two segments cross.
 struct Crossing {
     segments: [Segment; 2],
@@ -31,7 +38,8 @@ struct Crossing {
     node: i64,
 }
 
-/// Cuts the pieces where they cross another way on the ground; `positions` receives the places. Gives the new nodes, too.
+/// Cuts the pieces where they cross another way on the ground, and where assumed bridges end; `positions` receives the places. Gives the
+/// new nodes where ways cross on the ground, too.
 ///
 /// The data says neither that the ways are connected nor that one passes above the other. Most such places are crossings of small
 /// streets that lack a node. Motorways and trunk roads cross nothing at grade: there a bridge lacks its tags.
@@ -44,7 +52,23 @@ pub(super) fn cut_at_crossings(
     let mut found = crossings(&pieces, ways, positions);
     let id = |segment: &Segment| ways[pieces[segment.piece].way].way.id;
     found.sort_by_key(|crossing| (crossing.segments.map(|segment| id(&segment)), crossing.node));
+    let places = |crossing: &Crossing| {
+        let [a, b] = crossing.segments.map(|Segment { ends: [from, to], .. }| (to - from).normalize());
+        let places = crossing.segments.map(|segment| segment.place_on(&pieces, positions, crossing.place));
+        WayCrossing { places, sine: cross(a, b).abs() }
+    };
+    let everywhere: Vec<_> = found.iter().map(places).collect();
+    let bridges = Bridges::find((&pieces, ways), positions, &everywhere, notes);
+    let drivable = |segment: &Segment| &ways[pieces[segment.piece].way];
+    found.retain(|crossing| {
+        let both = crossing.segments.each_ref().map(drivable);
+        !is_needed(both)
+    });
     let mut cuts: FxHashMap<usize, Vec<(usize, f64, i64)>> = FxHashMap::default();
+    for (piece, cut, place) in bridges.ends(positions) {
+        positions.insert(cut.2, place);
+        cuts.entry(piece).or_default().push(cut);
+    }
     for Crossing { segments, place, node } in &found {
         positions.insert(*node, *place);
         for segment in segments {
@@ -59,19 +83,23 @@ pub(super) fn cut_at_crossings(
         let note = Finding::new("crossing-without-node", Subject::Way(a), message).graded(Severity::Info);
         notes.push(note.with(Subject::Way(b), "crossed"));
     }
+    let levels = bridges.into_levels();
     let cut = |(i, piece): (usize, WayPiece)| {
-        let Some(mut cuts) = cuts.remove(&i) else { return vec![piece] };
+        let mut cuts = cuts.remove(&i).unwrap_or_default();
         cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        piece.cut_within(&cuts.into_iter().map(|(segment, _, node)| (segment, node)).collect::<Vec<_>>())
+        let mut parts = piece.cut_within(&cuts.into_iter().map(|(at, _, node)| (at, node)).collect::<Vec<_>>());
+        levels.apply(i, &mut parts, positions);
+        parts
     };
-    let pieces = pieces.into_iter().enumerate().flat_map(cut).collect();
-    (pieces, found.into_iter().map(|crossing| crossing.node).collect())
+    let parts = pieces.into_iter().enumerate().flat_map(cut).collect();
+    (parts, found.into_iter().map(|crossing| crossing.node).collect())
 }
 
-/// Where pieces of different ways cross on the ground, away from their nodes.
+/// Where pieces of different ways cross, on one level or not, away from their nodes.
 fn crossings(pieces: &[WayPiece], ways: &[Drivable<'_>], positions: &FxHashMap<i64, Point>) -> Vec<Crossing> {
-    let on_ground = pieces.par_iter().enumerate().filter(|(_, piece)| is_on_ground(&ways[piece.way]));
-    let segments: Vec<Segment> = on_ground
+    let segments: Vec<Segment> = pieces
+        .par_iter()
+        .enumerate()
         .flat_map_iter(|(index, piece)| {
             let ends = piece.nodes.windows(2).map(|pair| [positions[&pair[0]], positions[&pair[1]]]);
             ends.enumerate().map(move |(at, ends)| Segment { piece: index, at, ends })
@@ -102,11 +130,6 @@ fn crossings(pieces: &[WayPiece], ways: &[Drivable<'_>], positions: &FxHashMap<i
     found.sort_unstable_by_key(|crossing| crossing.node);
     found.dedup_by_key(|crossing| crossing.node);
     found
-}
-
-/// Whether a way lies on the ground and may be crossed at grade.
-fn is_on_ground(way: &Drivable<'_>) -> bool {
-    way.class > RoadClass::Trunk && level(&way.way.tags) == 0.0
 }
 
 /// The prohibitions of turns where two ways cross at these nodes, which are ascending. Where the end of a road reached less than a

@@ -3,6 +3,7 @@
 mod access;
 pub mod approach_control;
 mod arm_order;
+mod assumed_bridges;
 mod barriers;
 mod connectivity;
 mod crossing_assignment;

@@ -265,7 +265,7 @@ fn road(
         section: layout.section.clone(),
         class: way.class,
         link: way.link,
-        level: level(tags),
+        level: level(tags) + f64::from(piece.raised),
         // A ring that is driven both ways has intersections like other streets.
         roundabout: is_roundabout(tags) && layout.section.one_way().is_some(),
         public: way.access != Access::Private,

@@ -22,6 +22,8 @@ pub(super) struct WayPiece {
     pub turn: u32,
     /// Whether the way goes on outside the extract before the first and after the last node.
     pub edge: [bool; 2],
+    /// How many levels it lies above its way, on a bridge that is assumed, or below it in a tunnel.
+    pub raised: i8,
 }
 
 impl WayPiece {
@@ -32,7 +34,7 @@ impl WayPiece {
 
     /// The parts of the piece between new nodes within its segments; `cuts` gives these in their order along it.
     pub fn cut_within(self, cuts: &[(usize, i64)]) -> Vec<Self> {
-        let Self { way, edge, .. } = self;
+        let Self { way, edge, raised, .. } = self;
         let (mut parts, mut nodes) = (Vec::new(), Vec::new());
         let mut cuts = cuts.iter().peekable();
         for (segment, id) in self.nodes.into_iter().enumerate() {
@@ -40,10 +42,10 @@ impl WayPiece {
             while let Some(&(_, new)) = cuts.next_if(|(within, _)| *within == segment) {
                 nodes.push(new);
                 let edge = [parts.is_empty() && edge[0], false];
-                parts.push(Self { way, nodes: std::mem::replace(&mut nodes, vec![new]), turn: 0, edge });
+                parts.push(Self { way, nodes: std::mem::replace(&mut nodes, vec![new]), turn: 0, edge, raised });
             }
         }
-        parts.push(Self { way, nodes, turn: 0, edge: [parts.is_empty() && edge[0], edge[1]] });
+        parts.push(Self { way, nodes, turn: 0, edge: [parts.is_empty() && edge[0], edge[1]], raised });
         parts
     }
 }
@@ -88,7 +90,7 @@ fn cut(run: &Run, ends: &FxHashSet<i64>) -> Vec<WayPiece> {
     for (i, id) in run.nodes.iter().enumerate().skip(1) {
         if i == last || ends.contains(id) {
             let edge = [start == 0 && run.edge[0], i == last && run.edge[1]];
-            pieces.push(WayPiece { way: run.way, nodes: run.nodes[start..=i].to_vec(), turn: 0, edge });
+            pieces.push(WayPiece { way: run.way, nodes: run.nodes[start..=i].to_vec(), turn: 0, edge, raised: 0 });
             start = i;
         }
     }
