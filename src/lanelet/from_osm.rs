@@ -92,6 +92,20 @@ impl Loader<'_> {
         let mut ways: Vec<&Way> = self.osm.ways.iter().collect();
         ways.sort_by_key(|way| way.id);
         ways.into_iter().for_each(|way| self.way(way));
+        self.drop_replaced_ways();
+    }
+
+    /// Of a line and a polygon with one id, only the last in the file loads.
+    fn drop_replaced_ways(&mut self) {
+        let repeated = self.repeated.iter().filter(|((kind, _), _)| *kind == ElementKind::Way);
+        let last: FxHashMap<i64, &SourceSpan> =
+            repeated.filter_map(|(&(_, id), spans)| Some((id, spans.last()?))).collect();
+        if last.is_empty() {
+            return;
+        }
+        let stays = |id: i64, span: &Option<SourceSpan>| last.get(&id).is_none_or(|last| span.as_ref() == Some(*last));
+        self.loaded.map.linestrings.retain(|line| stays(line.id.0, &line.span));
+        self.loaded.map.polygons.retain(|polygon| stays(polygon.id.0, &polygon.span));
     }
 
     fn way(&mut self, way: &Way) {

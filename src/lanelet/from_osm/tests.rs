@@ -225,6 +225,18 @@ fn ids() {
 }
 
 #[test]
+fn of_a_line_and_a_polygon_with_one_id_the_last_loads() {
+    let line = r#"<way id="14"><nd ref="1"/><nd ref="2"/></way>"#;
+    let polygon = r#"<way id="14"><nd ref="1"/><nd ref="2"/><nd ref="3"/><tag k="area" v="yes"/></way>"#;
+    let kept = |ways: [&str; 2]| {
+        let map = load(&[NODES, ways[0], ways[1]]).map;
+        (map.linestrings.contains(LineStringId(14)), map.polygons.contains(PolygonId(14)))
+    };
+    assert_eq!(kept([line, polygon]), (false, true));
+    assert_eq!(kept([polygon, line]), (true, false));
+}
+
+#[test]
 fn repeating_a_border_in_the_next_file_is_no_fault() {
     let mut osm = OsmData::default();
     for name in ["a", "b"] {

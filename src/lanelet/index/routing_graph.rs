@@ -172,20 +172,26 @@ impl<'v, 'm> Graph<'v, 'm> {
 
     /// The lanelet on the left over a bound that may not be changed over.
     pub fn adjacent_left(&self, at: usize) -> Option<usize> {
-        self.beside(at, |vertex| (vertex.left, self.by_right.get(&vertex.left)))
+        self.beside(at, 0).next().map(|other| other.seen)
     }
 
     /// The lanelet on the right over a bound that may not be changed over.
     pub fn adjacent_right(&self, at: usize) -> Option<usize> {
-        self.beside(at, |vertex| (vertex.right, self.by_left.get(&vertex.right)))
+        self.beside(at, 1).next().map(|other| other.seen)
     }
 
-    fn beside<'g>(&'g self, at: usize, side: impl Fn(&Vertex) -> (Side, Option<&'g Vec<usize>>)) -> Option<usize> {
-        let ((line, _), others) = side(&self.vertices[self.of[at]?]);
-        if self.view.map.linestrings.get(line).is_some_and(allows_lane_change) {
-            return None;
-        }
-        others?.iter().map(|&other| self.vertices[other].seen).find(|&other| other != at)
+    /// The lanelets on the left and on the right over bounds that may not be changed over. Of several on one side it is the first by
+    /// `rank`.
+    pub fn adjacent(&self, at: usize, rank: &[usize]) -> [Option<usize>; 2] {
+        let first = |side| self.beside(at, side).min_by_key(|other| (other.inverted, rank[other.seen]));
+        [0, 1].map(|side| first(side).map(|other| other.seen))
+    }
+
+    /// What lies to the left (0) or to the right (1) over a bound that may not be changed over.
+    fn beside(&self, at: usize, side: usize) -> impl Iterator<Item = &Vertex> {
+        let own = self.vertex(at).map(|vertex| [vertex.left, vertex.right][side]).filter(|&own| !self.changeable(own));
+        let others = own.and_then(|own| [&self.by_right, &self.by_left][side].get(&own));
+        others.into_iter().flatten().map(|&other| &self.vertices[other]).filter(move |other| other.seen != at)
     }
 
     /// Whether the graph has an edge between two lanelets: one follows the other, or a lane change leads from one to the other,

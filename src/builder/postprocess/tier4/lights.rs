@@ -135,3 +135,6 @@ fn rotate(map: &mut LaneletMap, lights: &BTreeMap<LineStringId, Light>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
