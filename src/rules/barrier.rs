@@ -57,10 +57,13 @@ impl<'m> Barrier<'m> {
 
     /// The places along the barrier, a step apart, that lie in an area and as deep in it as `deep` wants them.
     pub fn inside(&self, ring: &[Point], deep: impl Fn(Point) -> bool) -> Vec<Point> {
+        let [low, high] = extent(ring);
         let length = self.line.length();
         let pieces = (length / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES);
         let stations = (0..pieces as usize).map(|i| (i as f64 + 0.5) * length / pieces);
         let places = self.line.at_each(stations).into_iter();
-        places.filter(|&p| polygon::contains(ring, p) && deep(p)).collect()
+        // A fence around a site passes by many lanes, of which each is near only a few of its places.
+        let near = places.filter(|p| p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y);
+        near.filter(|&p| polygon::contains(ring, p) && deep(p)).collect()
     }
 }

@@ -247,6 +247,7 @@ fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
         let label = map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN).as_str();
         let on = Subject::Lanelet(lanelet.id.0);
         let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
+        let is_missing = is_missing && !map.begins_in_a_point(lane);
         is_missing.then(|| Edit::SetTag { on, key: "turn_direction".into(), value: label.into() })
     };
     let mut bounds: Vec<_> = lanes.iter().flat_map(|&lane| map.lanes[lane].bounds).collect();

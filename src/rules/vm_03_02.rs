@@ -61,6 +61,9 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let turn = lane.turn();
     let attributes = &lane.lanelet.attributes;
     if !attributes.has("turn_direction") {
+        if map.begins_in_a_point(at) {
+            return None;
+        }
         let message = format!("Intersection lanelet {} has no turn_direction (it turns {} deg).", lane.id, whole(turn));
         return Some(relabelled(map, params, at, Finding::new("turn-missing", subject, message)));
     }

@@ -44,6 +44,13 @@ impl MapIndex<'_> {
         self.intersections_of(lane).iter().any(|&at| self.intersections[at].area.is_some())
     }
 
+    /// Whether a lane begins in a point, as one that opens beside another: it is reached from beside alone, so that no movement of an
+    /// intersection starts on it.
+    pub fn begins_in_a_point(&self, lane: usize) -> bool {
+        let [left, right] = self.lanes[lane].start.ids;
+        left == right && self.predecessors(lane).is_empty()
+    }
+
     /// Whether two lanes are part of one intersection, by place or because their tags name the same area.
     pub fn in_same_intersection(&self, x: usize, y: usize) -> Option<&Intersection> {
         let common = self.intersections_of(x).iter().find(|at| self.intersections_of(y).contains(at))?;
