@@ -27,6 +27,20 @@ fn an_area_runs_along_the_kerb_of_a_corner_where_nobody_turns() {
 }
 
 #[test]
+fn an_area_runs_along_the_bound_of_a_turn_where_the_map_has_no_kerb() {
+    let (sheet, _) = crossing(&ROUND);
+    let data = osm(sheet.drawing.xml().replace("road_border", "virtual"));
+    let mended = mended(data).osm;
+    let turn = mended.relations.iter().find(|one| one.tags.is("turn_direction", "right")).unwrap();
+    let bound = turn.members.iter().find(|member| member.role == "right").unwrap().id;
+    let mut corner = mended.ways.iter().find(|way| way.id == bound).unwrap().nodes.clone();
+    corner.reverse();
+    assert!(corner.len() > 2, "{corner:?}");
+    let twice = area(&mended).repeat(2);
+    assert!(twice.windows(corner.len()).any(|nodes| nodes == corner), "{corner:?} are not in {:?}", area(&mended));
+}
+
+#[test]
 fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
     let mut sheet = Sheet::default();
     let west = sheet.nodes([[-60.0, 2.0], [-60.0, -2.0]]);

@@ -99,16 +99,19 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// The outline, with the road border in place of each straight line between two vertices that it links: where nobody turns,
-    /// the lanes leave the corner to the other side of the kerb.
+    /// the lanes leave the corner to the other side of the kerb. Where the map has no border there, the outer bound of one of the
+    /// lanes takes its place: beyond it nothing is known to be a road.
     fn around_corners(&self, lanes: &[usize], mut ring: Vec<PointId>) -> Vec<PointId> {
         let mut at = 0;
         while let Some(&from) = ring.get(at) {
             at += 1;
             let to = ring.get(at).or(ring.first()).copied();
-            let Some(border) = to.and_then(|to| self.border_between(from, to, &ring)) else { continue };
-            let count = border.len();
+            let Some(to) = to.filter(|&to| self.is_wider_than_a_median(from, to)) else { continue };
+            let corner = self.border_between(from, to, &ring).or_else(|| self.bound_between(lanes, [from, to], &ring));
+            let Some(corner) = corner else { continue };
+            let count = corner.len();
             let mut longer = ring.clone();
-            longer.splice(at..at, border);
+            longer.splice(at..at, corner);
             let places: Option<Vec<Point>> = longer.iter().map(|&id| self.place(id)).collect();
             let is_sound = places.is_some_and(|places| {
                 simple_ring::faults(&places, SPIKE, 1).is_empty() && self.sticking_out_of(lanes, &places).is_empty()
@@ -121,13 +124,15 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         ring
     }
 
-    /// The nodes of the road border that leads from one vertex to another and forks nowhere; the shorter one, where two do. `None`
-    /// where these are no farther apart than a median is wide: across it an outline runs straight.
+    /// Whether two vertices are farther apart than a median is wide: across it an outline runs straight.
+    fn is_wider_than_a_median(&self, from: PointId, to: PointId) -> bool {
+        let places = self.place(from).zip(self.place(to));
+        places.is_some_and(|(from, to)| (from - to).norm() > 2.0 * CLOSED)
+    }
+
+    /// The nodes of the road border that leads from one vertex to another and forks nowhere; the shorter one, where two do.
     fn border_between(&self, from: PointId, to: PointId, ring: &[PointId]) -> Option<Vec<PointId>> {
         let apart = (self.place(from)? - self.place(to)?).norm();
-        if apart <= 2.0 * CLOSED {
-            return None;
-        }
         let walk = |&first: &PointId| {
             let mut nodes = vec![from, first];
             let mut length = 0.0;
@@ -148,6 +153,40 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         };
         let ways = self.borders.get(&from)?.iter().filter_map(walk);
         ways.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, nodes)| nodes)
+    }
+
+    /// The nodes between two vertices on a bound of one of the lanes beyond which no lane lies, if it leads around a corner.
+    fn bound_between(&self, lanes: &[usize], [from, to]: [PointId; 2], ring: &[PointId]) -> Option<Vec<PointId>> {
+        let bounds = lanes.iter().flat_map(|&lane| [0, 1].map(|side| (lane, side)));
+        bounds.filter(|&(lane, side)| self.is_outermost(lane, side)).find_map(|(lane, side)| {
+            let way = self.map.lanes[lane].bounds[side];
+            let points = &self.map.map.linestrings.get(way)?.points;
+            let at = |id: PointId| points.iter().position(|&one| one == id);
+            let (first, last) = (at(from)?, at(to)?);
+            let mut between = points.get(first.min(last) + 1..first.max(last))?.to_vec();
+            if last < first {
+                between.reverse();
+            }
+            let is_free = !between.iter().any(|id| ring.contains(id));
+            (is_free && self.is_bent([from, to], &between)?).then_some(between)
+        })
+    }
+
+    /// Whether no lane lies beyond a bound of a lane, 0 the left one, or beside the lanes before and behind it.
+    fn is_outermost(&self, lane: usize, side: usize) -> bool {
+        let around = self.map.predecessors(lane).iter().chain(self.map.followers(lane)).copied();
+        let alone = |lane: usize| self.map.users_of(self.map.lanes[lane].bounds[side]).len() == 1;
+        std::iter::once(lane).chain(around).all(alone)
+    }
+
+    /// Whether a line of these nodes leaves the straight line between two places, and leads around a corner rather than a block.
+    fn is_bent(&self, [from, to]: [PointId; 2], between: &[PointId]) -> Option<bool> {
+        let chord = Polyline::new([self.place(from)?, self.place(to)?])?;
+        let places: Vec<Point> = between.iter().map(|&id| self.place(id)).collect::<Option<_>>()?;
+        let [start, end] = [chord.points()[0], chord.points()[1]];
+        let line = Polyline::new([start].into_iter().chain(places.iter().copied()).chain([end]))?;
+        let leaves = places.iter().any(|&place| chord.project(place).offset.abs() > NEAR);
+        Some(leaves && line.length() <= LONGEST_BORDER * chord.length())
     }
 
     fn place(&self, id: PointId) -> Option<Point> {
