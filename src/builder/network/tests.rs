@@ -163,10 +163,17 @@ fn ways_that_cross_without_a_node_have_an_intersection_on_which_nobody_turns() {
         assert_eq!(permitted, way(from) == way(to), "{from:?} to {to:?}");
     }
     assert_eq!(slugs(&built), ["crossing-without-node"]);
-    for above in ["bridge=yes", "layer=-1", "level=1", "highway=motorway", "highway=trunk_link"] {
+    for above in ["bridge=yes", "layer=-1", "level=1"] {
         let built = cross(["", above]);
         assert_eq!(built.network.roads.len(), 2, "{above}");
         assert!(slugs(&built).is_empty(), "{above}");
+    }
+    for motorway in ["highway=motorway", "highway=trunk_link"] {
+        let built = cross(["", motorway]);
+        let mut levels: Vec<(i64, f64)> = built.network.roads.iter().map(|road| (road.key.way, road.level)).collect();
+        levels.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(levels, [(10, 0.0), (10, 0.0), (10, 1.0), (20, 0.0)], "{motorway}");
+        assert_eq!(slugs(&built), ["bridge-assumed"], "{motorway}");
     }
 }
 

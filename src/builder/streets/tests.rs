@@ -138,13 +138,14 @@ fn the_legs_of_a_hairpin_lie_side_by_side() {
 }
 
 #[test]
-fn roads_that_cross_a_trunk_road_without_a_node_are_named() {
-    let nodes = [(1, -50.0, 0.0), (2, 50.0, 0.0), (3, 0.0, -50.0), (4, 0.0, 50.0)];
+fn roads_that_cross_a_trunk_road_at_an_acute_angle_without_a_node_are_named() {
+    let nodes = [(1, -50.0, 0.0), (2, 50.0, 0.0), (3, -50.0, -15.0), (4, 50.0, 15.0)];
     let cross = |tags: &str| {
         laid_out(&nodes, &[way(1, &[1, 2], "highway=residential"), way(2, &[3, 4], &format!("highway=trunk{tags}"))])
     };
     let faults = |streets: &Streets| streets.findings.iter().map(|f| f.fault).collect::<Vec<_>>();
-    assert_eq!(faults(&cross("")), ["roads-overlap"]);
+    let named = faults(&cross(""));
+    assert!(!named.is_empty() && named.iter().all(|fault| *fault == "roads-overlap"), "{named:?}");
     assert!(faults(&cross(" bridge=yes layer=1")).is_empty());
 }
 
