@@ -238,7 +238,7 @@ pub fn draw(
         for toward in End::BOTH.into_iter().filter(|toward| crossing.stops[*toward]) {
             let own: Vec<&RoadLane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
             if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward]) {
-                draw_one_way(assembly, network, (crossing, toward), &own);
+                draw_one_way(assembly, network, (crossing, toward), piece.span[toward.other()], &own);
             } else if !own.is_empty() {
                 let (node, way) = (crossing.node, network.road(crossing.road).key.way);
                 notes.push(unlit(network, crossing.road, node, crossing.middle(), no_room(way, node)));
@@ -248,11 +248,13 @@ pub fn draw(
     notes
 }
 
-/// Draws the light for vehicles toward an end of a road, and a stop line and an element for each of their lanes.
+/// Draws the light for vehicles toward an end of a road, and a stop line and an element for each of their lanes. The light faces those
+/// who wait at the stop line, at station `waiting_at`, metres.
 fn draw_one_way(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     (crossing, toward): (&SignalisedCrossing, End),
+    waiting_at: f64,
     lanes: &[&RoadLane],
 ) {
     let road = network.road(crossing.road);
@@ -262,7 +264,8 @@ fn draw_one_way(
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
     assembly.set_ground(Ground::under(road));
-    let shape = LightShape::new(network.side, road.line.at(station) + left_of(along) * middle, along * forth);
+    let ahead = road.line.direction(waiting_at) * forth;
+    let shape = LightShape::new(network.side, road.line.at(station) + left_of(along) * middle, ahead);
     let key = road.key_of("drive lights").number(crossing.node).number(toward.index() as i64);
     let light = add_light(assembly, key, &shape);
     for lane in lanes {

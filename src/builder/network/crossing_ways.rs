@@ -85,7 +85,11 @@ pub(super) fn cut_at_crossings(
     }
     let levels = bridges.into_levels();
     let cut = |(i, piece): (usize, WayPiece)| {
-        let mut cuts = cuts.remove(&i).unwrap_or_default();
+        let Some(mut cuts) = cuts.remove(&i) else {
+            let mut whole = vec![piece];
+            levels.apply(i, &mut whole, positions);
+            return whole;
+        };
         cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut parts = piece.cut_within(&cuts.into_iter().map(|(at, _, node)| (at, node)).collect::<Vec<_>>());
         levels.apply(i, &mut parts, positions);

@@ -169,3 +169,14 @@ fn vehicles_cross_at_a_roundabout_with_lights() {
         }
     }
 }
+
+#[test]
+fn lights_in_a_bend_face_those_who_wait() {
+    for side in SIDES {
+        let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, "highway=traffic_signals"), (3, -50.0, 100.0, "")];
+        let xml = network(side, &nodes, &[(10, &[1, 2, 3])], "highway=residential lanes=2");
+        let Built { map, settings, .. } = built(&xml, side, "");
+        assert_eq!(held(&map, side).len(), 2, "{side:?}");
+        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+    }
+}
