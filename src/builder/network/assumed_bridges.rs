@@ -19,7 +19,8 @@ const REACH: f64 = 30.0;
 const LEAST: f64 = 10.0;
 /// A bridge does not end nearer than this to a node, metres.
 const CLEAR: f64 = 1.0;
-
+/// Places along a segment are told apart by a tenth of a metre.
+const UNITS_PER_METRE: f64 = 10.0;
 /// Ways that cross at an angle with a smaller sine than this, 30 degrees, rather lead beside each other, as a ramp does that is drawn
 /// across the edge of its motorway.
 const LEAST_SINE: f64 = 0.5;
@@ -155,13 +156,13 @@ impl<'a> Bridges<'a> {
             let stations = stations(piece, positions);
             let length = stations.last().copied().unwrap_or_default();
             let within = spans.iter().flat_map(|span| span.ends).filter(|end| *end > 0.0 && *end < length);
-            for (number, end) in within.enumerate() {
+            for end in within {
                 let segment = stations.partition_point(|station| *station <= end) - 1;
                 let along = end - stations[segment];
                 let [a, b] = [0, 1].map(|i| positions[&piece.nodes[segment + i]]);
-                let key = Key::new("assumed bridge").number(self.way(index).way.id);
-                let key = piece.ends().into_iter().fold(key, Key::number);
-                let node = key.number(number as i64).new_node();
+                // The same in every tile that has the segment, wherever the tile cuts the way.
+                let key = Key::new("assumed bridge").number(self.way(index).way.id).number(piece.nodes[segment]);
+                let node = key.number((along * UNITS_PER_METRE).round() as i64).new_node();
                 ends.push((index, (segment, along, node), a + (b - a).normalize() * along));
             }
         }
