@@ -55,7 +55,7 @@ fn assigned(network: &RoadNetwork) -> FxHashSet<i64> {
     nodes
 }
 
-/// Whether the node is an end of the road where other roads than one meet it.
+/// Whether the node is an end of the road where it does not just go on as one other road: an intersection, or a dead end.
 fn is_at_junction(network: &RoadNetwork, road: &Road, node: i64) -> bool {
     let ends = End::BOTH.into_iter().filter(|end| road.node(*end) == node);
     ends.map(|end| network.intersection(road.intersection(end))).any(|at| at.arms.len() != 2)

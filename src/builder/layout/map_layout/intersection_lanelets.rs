@@ -228,7 +228,8 @@ impl IntersectionLanelets {
             let by_area = intersection.signals || !on_ring(network, intersection, path);
             // A street joins a ring where another leaves it: their lanes cross within the length of one intersection.
             let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
-            // Vehicles that enter or leave a ring without lights give way by its rules. A street that leads straight over a ring crosses the vehicles on it.
+            // Vehicles that enter or leave a ring without lights give way by its rules. A street that leads straight over a ring
+            // crosses the vehicles on it.
             let passes = |it: &TurningLanelet| {
                 let [from_ring, onto_ring] = ring_arms(network, intersection, it);
                 from_ring == onto_ring || intersection.signals
