@@ -305,17 +305,18 @@ fn lights_stand_behind_the_intersection_and_face_who_waits() {
 
 #[test]
 fn a_dead_end_keeps_clear_of_a_carriageway_that_it_is_not_joined_to() {
-    let gap = |end: f64, tags: &str| {
+    let gap_of = |end: f64, tags: &str, ending_nodes: &[i64]| {
         let nodes = [(1, -80.0, 0.0, ""), (2, 80.0, 0.0, ""), (3, 0.0, 80.0, ""), (4, 0.0, end, "")];
         let through = "highway=residential lanes=2 name=Through";
         let ending = format!("highway=residential lanes=2 name=Ending {tags}");
-        let map = built(&nodes, &[(10, &[1, 2], through), (11, &[3, 4], &ending)]).map;
+        let map = built(&nodes, &[(10, &[1, 2], through), (11, ending_nodes, &ending)]).map;
         let norths = |name: &str| {
             let own = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_name", name));
             own.flat_map(|lanelet| map.outline(lanelet)).map(|place| place.y).collect::<Vec<_>>()
         };
         norths("Ending").into_iter().fold(f64::MAX, f64::min) - norths("Through").into_iter().fold(f64::MIN, f64::max)
     };
+    let gap = |end: f64, tags: &str| gap_of(end, tags, &[3, 4]);
     let far = gap(8.0, "");
     assert!(far > 4.0, "{far}: it ends where it is drawn to end");
     for end in [1.0, 0.2] {
@@ -323,6 +324,8 @@ fn a_dead_end_keeps_clear_of_a_carriageway_that_it_is_not_joined_to() {
         assert!((1.4..2.2).contains(&gap), "drawn to {end}: {gap} m are left");
     }
     assert!(gap(0.2, "layer=1") < 0.5, "on another level nothing is in the way");
+    let cut_off = gap_of(0.2, "", &[3, 4, 5]);
+    assert!((1.4..2.2).contains(&cut_off), "where the extract ends: {cut_off} m are left");
 }
 
 #[test]

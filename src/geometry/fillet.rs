@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use super::pose::MIN_SPACING;
 use super::{Point, Polyline, Vector, angle_between, cross, left_of, line_crossing};
 
-/// The largest change of direction of a bend, radians (150 degrees): beyond, the lines before and behind meet too far away.
-const REVERSAL: f64 = 150.0 * std::f64::consts::PI / 180.0;
+/// The largest change of direction of a bend, radians (165 degrees): beyond, the lines before and behind meet too far away.
+const REVERSAL: f64 = 165.0 * std::f64::consts::PI / 180.0;
 /// The smallest change of direction that is rounded, radians.
 const STRAIGHT: f64 = 1e-3;
 /// The largest change of direction between neighbours, radians (12 degrees): the polyline stays within 7 mm of the arc.
@@ -281,6 +281,17 @@ mod tests {
                 let inside = round.iter().all(|p| p.x < 5.91 && side * p.y > -1e-9);
                 assert!(inside, "{round:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_hairpin_becomes_an_arc() {
+        // Changes of direction of 152 and 163 degrees.
+        for (side, back) in [1.0, -1.0].into_iter().flat_map(|side| [8.0, 4.6].map(|back| (side, back))) {
+            let hairpin = line(&[(0.0, 0.0), (20.0, 0.0), (5.0, back)], side);
+            let round = LEAST.of(&hairpin).into_owned();
+            assert!(tightest(&round) > 1.2, "{back}: {}", tightest(&round));
+            assert_eq!((round.first(), round.last()), (hairpin.first(), hairpin.last()));
         }
     }
 

@@ -20,9 +20,10 @@ const STEP: f64 = 0.5;
 /// Cells of this side, metres, hold the ground around dead ends.
 const CELL: f64 = 20.0;
 
-/// The dead ends before carriageways on their level, each with its setback, metres. One that would not get clear has none.
+/// The dead ends before carriageways on their level, each with its setback, metres. One that would not get clear has none. Where the
+/// extract ends, roads end, too.
 pub fn dead_end_setbacks(network: &RoadNetwork, least: &[Stations]) -> EndSetbacks {
-    let dead = network.intersections.iter().filter(|it| it.arms.len() == 1 && !it.map_edge && it.circle.is_none());
+    let dead = network.intersections.iter().filter(|it| it.arms.len() == 1 && it.circle.is_none());
     let reach = |at| polygon::bounds(&[0.0, MOST].map(|setback| ground_ahead(network, least, at, setback)).concat());
     let (ends, reaches): (Vec<RoadEnd>, Vec<_>) = dead.filter_map(|it| Some((it.arms[0], reach(it.arms[0])?))).unzip();
     let cells = SpatialHash::new(reaches, CELL);
