@@ -168,14 +168,47 @@ fn errors(found: &[Diagnostic]) -> BTreeMap<String, usize> {
 
 #[test]
 fn whatever_is_taken_fixing_ends_and_makes_no_error() {
+    fixing_ends_and_makes_no_error(|draft, dice| {
+        let share = 1 + dice.below(4);
+        take(draft, || dice.below(4) < share);
+    });
+}
+
+#[test]
+fn in_whatever_order_the_elements_stand_fixing_ends_and_makes_no_error() {
+    fixing_ends_and_makes_no_error(|draft, dice| {
+        take(draft, || dice.below(2) == 0);
+        dice.shuffle(&mut draft.nodes);
+        dice.shuffle(&mut draft.ways);
+        dice.shuffle(&mut draft.relations);
+    });
+}
+
+/// A piece of a map: what is cut off is missing, though others still refer to it.
+#[test]
+fn of_a_torn_map_fixing_ends_and_makes_no_error() {
+    fixing_ends_and_makes_no_error(|draft, dice| {
+        take(draft, || dice.below(2) == 0);
+        for _ in 0..1 + dice.below(3) {
+            let (node, way, relation) =
+                (dice.below(draft.nodes.len()), dice.below(draft.ways.len()), dice.below(draft.relations.len()));
+            match dice.below(3) {
+                0 => drop(draft.nodes.swap_remove(node)),
+                1 => drop(draft.ways.swap_remove(way)),
+                _ => drop(draft.relations.swap_remove(relation)),
+            }
+        }
+    });
+}
+
+/// Breaks the clean maps in as many ways as there are seeds; `fix` ends, adds no error, and finds nothing more to do.
+fn fixing_ends_and_makes_no_error(break_map: impl Fn(&mut Draft, &mut Dice) + Sync) {
     let bases = bases();
     let count = mutations() as u64;
     let draws: Vec<(&Base, u64)> = bases.iter().flat_map(|base| (0..count).map(move |seed| (base, seed))).collect();
     draws.par_iter().for_each(|(base, seed)| {
-        let mut dice = Dice(1 + seed);
-        let share = 1 + dice.below(4);
         let mut draft = base.draft.clone();
-        take(&mut draft, || dice.below(4) < share);
+        break_map(&mut draft, &mut Dice(1 + seed));
         let broken = judge(base, &draft, &osm(draft.text())).unwrap();
         let once = mended(base, &draft);
         let known = errors(&broken);
