@@ -81,7 +81,8 @@ impl Surroundings {
     }
 
     /// The missing bound: the way that leads from edge to edge of the neighbours. Where the known bound has none at one of its ends
-    /// or at both, else the only unused way that meets the other edge, or that has the same type beside the known bound. Where several ways have the role, one of these, if it alone leads from edge to edge.
+    /// or at both, else the only unused way that meets the other edge, or that has the same type beside the known bound.
+    /// Where several ways have the role, one of these, if it alone leads from edge to edge.
     fn other_bound(&self, loader: &Loader<'_>, lanelet: i64, role: BoundRole, ways: &[i64]) -> Option<i64> {
         let (side, other) = match role {
             BoundRole::Left => (0, BoundRole::Right),
@@ -100,7 +101,7 @@ impl Surroundings {
         };
         // Where lanelets meet the known bound at both ends, the other one has to meet them at both: one that does not would end in
         // the middle of a lane.
-        let needed = opposite.iter().filter(|points| !points.is_empty()).count();
+        let has_neighbours_at_both = opposite.iter().all(|points| !points.is_empty());
         let named = |line: &LineString| ways.is_empty() || ways.contains(&line.id.0);
         let fits = |line: &&LineString| line.id != known.id && named(line) && self.fits(loader, known, line, side);
         let lines: Vec<&LineString> = loader.loaded.map.linestrings.iter().filter(fits).collect();
@@ -108,7 +109,7 @@ impl Surroundings {
         if let Some(way) = only(both.map(|line| line.id.0)) {
             return Some(way);
         }
-        if !ways.is_empty() || needed == 2 {
+        if !ways.is_empty() || has_neighbours_at_both {
             return None;
         }
         let free = || lines.iter().filter(|line| !self.used.contains(&line.id));
