@@ -3,11 +3,12 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::hash::{Hash, Hasher};
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHasher};
 
 use crate::diagnostic::Diagnostic;
 use crate::fix::Judge;
-use crate::lanelet::index::{DrivingSide, MapIndex};
+use crate::lanelet::index::{DrivingSide, FilledUnions, MapIndex};
 use crate::lanelet::{Condition, LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::{Node, OsmData};
 use crate::projection::{LonLat, Projector};
@@ -34,6 +35,7 @@ pub(super) struct MapJudge<'a> {
     /// Metres of a degree of longitude.
     east: f64,
     of_projector: RefCell<Option<OfProjector>>,
+    filled_unions: FilledUnions,
     /// The places of codes in the order of findings.
     ranks: OnceCell<FxHashMap<String, usize>>,
 }
@@ -71,6 +73,7 @@ impl<'a> MapJudge<'a> {
             tell,
             east,
             of_projector: RefCell::default(),
+            filled_unions: FilledUnions::default(),
             ranks: OnceCell::new(),
         }
     }
@@ -107,7 +110,7 @@ impl<'a> MapJudge<'a> {
 pub(super) fn found_of_projector(map: &Loaded) -> Result<Vec<Diagnostic>, Error> {
     let faults = map.faults.iter().filter(|fault| matches!(fault.condition, Condition::ProjectorInfo(_)));
     let faults = FromOsm { faults: faults.cloned().collect(), ..FromOsm::default() };
-    Ok(found(&map.osm, &faults, &map.settings)?.0)
+    Ok(found(&map.osm, &faults, &map.settings, &FilledUnions::default())?.0)
 }
 
 /// What is found in a map that is loaded, and the side on which people drive there.
@@ -115,8 +118,9 @@ fn found(
     osm: &OsmData,
     loaded: &FromOsm,
     settings: &Settings,
+    unions: &FilledUnions,
 ) -> Result<(Vec<Diagnostic>, Option<DrivingSide>), Error> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings);
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings).with_filled_unions(unions);
     let found = rules::run(&index, &Config::from(settings))
         .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
     // What somebody has answered for is not mended.
@@ -130,24 +134,21 @@ impl Judge for MapJudge<'_> {
     fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Error> {
         let mut loaded = from_osm(osm, self.projector);
         self.judge_projector(osm, &mut loaded.faults);
-        let (left, side) = found(osm, &loaded, &self.map.settings)?;
+        let (left, side) = found(osm, &loaded, &self.map.settings, &self.filled_unions)?;
         self.side.set(side);
         Ok(left)
     }
 
-    fn parts(&self, parts: [&OsmData; 2]) -> Result<[Vec<Diagnostic>; 2], Error> {
+    fn parts(&self, parts: &[&OsmData]) -> Result<Vec<Vec<Diagnostic>>, Error> {
         let driving_side = self.side.get().map(|side| match side {
             DrivingSide::Left => Side::Left,
             DrivingSide::Right => Side::Right,
         });
         let settings =
             Settings { driving_side: driving_side.or(self.map.settings.driving_side), ..self.map.settings.clone() };
-        let projector = self.projector;
+        let (projector, unions) = (self.projector, &self.filled_unions);
         // Whether the projector fits is a matter of the whole map.
-        let judge = |osm: &OsmData| Ok::<_, Error>(found(osm, &from_osm(osm, projector), &settings)?.0);
-        let [a, b] = parts;
-        let (a, b) = rayon::join(|| judge(a), || judge(b));
-        Ok([a?, b?])
+        parts.par_iter().map(|osm| Ok(found(osm, &from_osm(osm, projector), &settings, unions)?.0)).collect()
     }
 
     fn place(&self, node: &Node) -> Option<[f64; 2]> {

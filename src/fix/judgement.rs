@@ -1,14 +1,15 @@
 //! Judges a map by the findings of a map that differs little from it: only the surroundings of the difference are judged again.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::error_counts::ErrorCounts;
 use super::nearby::{around, changed};
+use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::osm::{Node, OsmData};
+use crate::osm::{ElementKind, Node, OsmData};
 
 /// Says what is wrong with a map.
 pub trait Judge {
@@ -22,13 +23,13 @@ pub trait Judge {
     /// Where it cannot be judged.
     fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Self::Error>;
 
-    /// What is found in each of two parts of maps, of which one was judged as a whole before.
+    /// What is found in each of some parts of maps, of which one was judged as a whole before.
     ///
     /// # Errors
     ///
     /// Where one cannot be judged.
-    fn parts(&self, [a, b]: [&OsmData; 2]) -> Result<[Vec<Diagnostic>; 2], Self::Error> {
-        Ok([self.whole(a)?, self.whole(b)?])
+    fn parts(&self, parts: &[&OsmData]) -> Result<Vec<Vec<Diagnostic>>, Self::Error> {
+        parts.iter().map(|part| self.whole(part)).collect()
     }
 
     /// Where a node lies: east and north, metres; `None` where nothing is near anything.
@@ -60,8 +61,11 @@ pub struct Known<'a> {
     pub left: &'a [Diagnostic],
 }
 
-/// The largest share of the map that is judged twice in parts; beyond it, judging the whole map is faster.
-const MOST: f64 = 0.3;
+/// The largest share of the map that is judged in parts, before and after a change; beyond it, judging the whole map is faster.
+const MOST_TWICE: f64 = 0.35;
+
+/// The same where it is known what was found before the change.
+const MOST_ONCE: f64 = 0.7;
 
 /// Judges maps one after another.
 pub struct Bench<J> {
@@ -70,6 +74,30 @@ pub struct Bench<J> {
     is_guessed: Cell<bool>,
     /// Whether such a judgement was wrong before.
     is_exact: Cell<bool>,
+    /// The part that was judged last: often the next change is at the same place.
+    last: RefCell<Option<JudgedPart>>,
+}
+
+/// A part of a map with its findings.
+struct JudgedPart {
+    /// The elements that it was to have.
+    keys: FxHashSet<Key>,
+    osm: OsmData,
+    found: Vec<Diagnostic>,
+}
+
+impl JudgedPart {
+    /// Whether it is the part of this map around a change near these elements, and not much more.
+    fn is_around(&self, near: &FxHashSet<Key>, osm: &OsmData) -> bool {
+        let is_there = |&(kind, id): &Key| match kind {
+            ElementKind::Node => osm.node(id).is_some(),
+            ElementKind::Way => osm.way(id).is_some(),
+            ElementKind::Relation => osm.relation(id).is_some(),
+        };
+        self.keys.len() < 2 * near.len()
+            && near.iter().all(|key| self.keys.contains(key) || !is_there(key))
+            && changed(&self.osm, &osm.part(&self.keys)).is_empty()
+    }
 }
 
 /// The result of judging a map as a whole.
@@ -84,7 +112,7 @@ pub enum Confirmed {
 
 impl<J: Judge> Bench<J> {
     pub fn new(judge: J) -> Self {
-        Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false) }
+        Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false), last: RefCell::default() }
     }
 
     /// Tells how many fixes were made and how many are open.
@@ -117,13 +145,40 @@ impl<J: Judge> Bench<J> {
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
         let near = least.filter(|(_, changed)| !changed.is_empty()).and_then(|(known, changed)| {
-            let near = around([known.osm, osm], &changed, |node| self.judge.place(node))?;
-            Some((known, near)).filter(|(_, near)| (near.len() as f64) < MOST * size(osm) as f64)
+            Some((known, around([known.osm, osm], &changed, |node| self.judge.place(node))?))
         });
-        let Some((known, near)) = near else { return self.whole(osm) };
+        let judged = near.map(|(known, near)| self.judged_in_part(known, osm, near)).transpose()?.flatten();
+        judged.map_or_else(|| self.whole(osm), Ok)
+    }
+
+    /// The findings in a map that differs from a known one near some elements alone; `None` where that is most of the map.
+    fn judged_in_part(
+        &self,
+        known: Known,
+        osm: &OsmData,
+        mut near: FxHashSet<Key>,
+    ) -> Result<Option<Vec<Diagnostic>>, J::Error> {
+        let before = self.last.take().filter(|last| last.is_around(&near, known.osm));
+        let before = before.map(|last| {
+            near.extend(last.keys);
+            last.found
+        });
+        let most = if before.is_some() { MOST_ONCE } else { MOST_TWICE };
+        if near.len() as f64 >= most * size(osm) as f64 {
+            return Ok(None);
+        }
         self.is_guessed.set(true);
-        let [before, after] = self.judge.parts([&known.osm.part(&near), &osm.part(&near)])?;
-        Ok(changed_by(known.left, before, after, |code| self.judge.rank(code)))
+        let part = osm.part(&near);
+        let (before, after) = match before {
+            Some(before) => (before, self.judge.parts(&[&part])?.pop().unwrap_or_default()),
+            None => {
+                let mut both = self.judge.parts(&[&known.osm.part(&near), &part])?;
+                let after = both.pop().unwrap_or_default();
+                (both.pop().unwrap_or_default(), after)
+            }
+        };
+        self.last.replace(Some(JudgedPart { keys: near, osm: part, found: after.clone() }));
+        Ok(Some(changed_by(known.left, before, after, |code| self.judge.rank(code))))
     }
 
     /// Judges a map as a whole, and compares the result with the expected findings.

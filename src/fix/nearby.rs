@@ -5,8 +5,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::text_edits::{Key, NAMING};
 use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 
-/// Side of the squares (m) into which the map is divided. Elements in a square with a change, or in a square beside it, are near.
-const SQUARE: f64 = 60.0;
+/// Side of the squares (m) into which the map is divided.
+const SQUARE: f64 = 15.0;
+
+/// Elements up to so many squares from a square with a change are near: at least 60 m.
+const NEAR: i64 = 4;
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
@@ -45,17 +48,19 @@ pub fn around(
     place: impl Fn(&Node) -> Option<[f64; 2]>,
 ) -> Option<FxHashSet<Key>> {
     let square = |node: &Node| place(node).map(|at| at.map(|metres| (metres / SQUARE).floor() as i64));
-    let mut squares: FxHashSet<[i64; 2]> = FxHashSet::default();
+    let mut with_change: FxHashSet<[i64; 2]> = FxHashSet::default();
     for osm in maps {
         let mut parts = Parts::default();
         changed.iter().for_each(|&key| parts.add(osm, key, DEEP));
         for id in parts.0.iter().filter(|(kind, _)| *kind == ElementKind::Node).map(|(_, id)| id) {
             if let Some(node) = osm.node(*id) {
-                let [x, y] = square(node)?;
-                squares.extend((-1..=1).flat_map(|east| (-1..=1).map(move |north| [x + east, y + north])));
+                with_change.insert(square(node)?);
             }
         }
     }
+    let near =
+        |[x, y]: [i64; 2]| (-NEAR..=NEAR).flat_map(move |east| (-NEAR..=NEAR).map(move |north| [x + east, y + north]));
+    let squares: FxHashSet<[i64; 2]> = with_change.into_iter().flat_map(near).collect();
     let mut near: FxHashSet<Key> = changed.clone();
     for osm in maps {
         for node in &osm.nodes {

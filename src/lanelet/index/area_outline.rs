@@ -6,14 +6,13 @@ use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::filled_unions::FILLED;
 use super::queries::is_road_border;
 use super::thresholds;
 use super::types::MapIndex;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
 
-/// Gaps between lanes up to twice this width (m) belong to the intersection: a median, a strip of paint.
-const CLOSED: f64 = 2.0;
 /// A node of a road border this close (m) to the edge of the lanes is a vertex.
 const NEAR: f64 = 0.3;
 /// The end of a lane is a vertex even where it lies farther (m) inside: lanes of one approach do not all end on one line.
@@ -79,7 +78,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     /// outline.
     pub fn around(&self, lanes: &[usize]) -> Option<Vec<PointId>> {
         let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
-        let edge = polygon::closed(&outlines, CLOSED)?;
+        let edge = self.map.filled_union(&outlines)?;
         let edge = Polyline::new(edge.iter().chain(edge.first()).copied())?;
         let ends = self.ends(lanes, &edge);
         let on_border = self.on_border(&edge, &ends);
@@ -127,7 +126,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     /// Whether two vertices are farther apart than a median is wide: across it an outline runs straight.
     fn is_wider_than_a_median(&self, from: PointId, to: PointId) -> bool {
         let places = self.place(from).zip(self.place(to));
-        places.is_some_and(|(from, to)| (from - to).norm() > 2.0 * CLOSED)
+        places.is_some_and(|(from, to)| (from - to).norm() > 2.0 * FILLED)
     }
 
     /// The nodes of the road border that leads from one vertex to another and forks nowhere; the shorter one, where two do.

@@ -5,6 +5,7 @@ mod area_outline;
 mod conflict;
 pub mod drawn_centerline;
 mod driving_side;
+mod filled_unions;
 mod intersection;
 mod lane;
 mod priority;
@@ -24,6 +25,7 @@ pub mod view;
 
 pub use area_outline::AreaOutlines;
 pub use conflict::{Reach, passing, reaches};
+pub use filled_unions::FilledUnions;
 pub use intersection::declared_area;
 pub(crate) use lane::tangent;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
@@ -102,6 +104,7 @@ impl<'m> MapIndex<'m> {
             intersections_of,
             touching,
             view: View::new(map),
+            filled_unions: None,
         };
         index.traffic = (0..index.intersections.len())
             .into_par_iter()

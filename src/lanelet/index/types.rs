@@ -6,9 +6,10 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
+use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
 use super::view::View;
-use crate::geometry::{Point, Vector, simple_ring};
+use crate::geometry::{Point, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
 use crate::lanelet::{
     LaneletId, LaneletMap, LineStringId, LoadFault, PointId, PolygonId, RegulatoryElement, RegulatoryElementId, Target,
@@ -62,12 +63,27 @@ pub struct MapIndex<'m> {
     pub(super) intersections_of: Vec<Vec<usize>>,
     pub(super) touching: Vec<Vec<usize>>,
     pub(super) view: View<'m>,
+    pub(super) filled_unions: Option<&'m FilledUnions>,
 }
 
 impl<'m> MapIndex<'m> {
     /// Every lanelet that loads, as Lanelet2 sees it.
     pub fn view(&self) -> &View<'m> {
         &self.view
+    }
+
+    /// The same, with the unions that an earlier version of the map needed.
+    #[must_use]
+    pub fn with_filled_unions(self, known: &'m FilledUnions) -> Self {
+        Self { filled_unions: Some(known), ..self }
+    }
+
+    /// The outer edge of the union of rings after gaps are filled, clockwise, not closed; `None` if it is empty.
+    pub(super) fn filled_union(&self, rings: &[Vec<Point>]) -> Option<Vec<Point>> {
+        match self.filled_unions {
+            Some(known) => known.of(rings),
+            None => polygon::closed(rings, FILLED),
+        }
     }
 
     /// Position of a lanelet in `lanes`; `None` if it is broken or not there.
