@@ -10,9 +10,15 @@ use crate::lanelet::{
 };
 
 use super::NoParams;
+use super::lost_members::LostMembers;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-    let findings = map.faults.iter().filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())));
+    let lost = LostMembers::of(map);
+    let findings = map.faults.iter().filter_map(|fault| {
+        let finding = finding(map, fault)?.standing_at(fault.span.clone());
+        let may_be_found = matches!(fault.condition, Condition::MemberCount { .. });
+        Some(if may_be_found { lost.found_again(finding) } else { finding })
+    });
     findings.chain(reversed(map)).collect()
 }
 

@@ -15,10 +15,12 @@ mod ids;
 mod lane_kinds;
 mod lanelet_pieces;
 mod load;
+mod lost_members;
 mod merged_borders;
 mod merged_lanelets;
 mod near_nodes;
 mod node;
+mod obeyed_light;
 mod parallel_bounds;
 mod routing_moves;
 

@@ -3,8 +3,9 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::{Point, Polyline, segment_crossing};
-use crate::lanelet::index::{MapIndex, StopLine};
+use crate::geometry::{Point, Polyline, Vector, cross, segment_crossing};
+use crate::lanelet::PointId;
+use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
 
 use super::stop_line_crossings;
 use super::stop_line_crossings::StopLineCrossing;
@@ -63,34 +64,71 @@ const REACH: f64 = 10.0;
 /// An end this near (m) to a bound, or beyond it, stays where it is.
 const AT_BOUND: f64 = 0.3;
 
-/// Adds the edits that lengthen a line to the bounds of a lane.
+/// A lane starts or ends at a line where both its corners lie this near (m) to it, or where it would be if it were longer.
+const AT_LINE: f64 = 0.5;
+
+/// Adds the edits that lengthen a line over the lanes that stop at it; else to the bounds of the lane that it crosses.
 fn lengthened(map: &MapIndex, finding: Finding, line: &StopLine, lane: usize) -> Finding {
-    let edits = || {
-        let way = map.map.linestrings.get(line.way)?;
-        let lanelet = map.lanes[lane].lanelet;
-        let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
-        let [a, b] = [line.ends[0] - along * REACH, line.ends[1] + along * REACH];
-        let ends = [(*way.points.first()?, line.ends[0], -along), (*way.points.last()?, line.ends[1], along)];
-        let mut edits = Vec::new();
-        for bound in [lanelet.left, lanelet.right] {
-            let points: Vec<_> = map.map.bound_points(bound).collect();
-            let crossed = points.windows(2).find_map(|pair| {
-                let (.., place) = segment_crossing(a, b, pair[0].position, pair[1].position)?;
-                let share = (place - pair[0].position).norm() / (pair[1].position - pair[0].position).norm();
-                Some((place, [pair[0].id.0, pair[1].id.0], share))
-            });
-            let (place, [from, to], share) = crossed?;
-            let (point, ..) =
-                *ends.iter().max_by(|x, y| (place - x.1).dot(&x.2).total_cmp(&(place - y.1).dot(&y.2)))?;
-            let beyond = ends.iter().any(|(_, end, out)| (place - end).dot(out) > AT_BOUND);
-            edits.extend(beyond.then_some(Edit::PlaceBetween { point: point.0, from, to, share }));
-        }
-        (!edits.is_empty()).then_some(edits)
-    };
-    match edits() {
+    if let Some(edits) = over_its_lanes(map, line) {
+        return finding.fixed_by("lengthen it over the lanelets that stop there", false, edits);
+    }
+    match to_bounds(map, line, lane) {
         Some(edits) => finding.fixed_by("lengthen it to the bounds of the lanelet", false, edits),
         None => finding,
     }
+}
+
+/// The edits that put the ends of a line onto the outermost corners of the lanes that start or end there and have elements that
+/// name it; `None` where there are no such lanes, or where it reaches across them already.
+fn over_its_lanes(map: &MapIndex, line: &StopLine) -> Option<Vec<Edit>> {
+    let way = map.map.linestrings.get(line.way)?;
+    let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
+    let reach = Vector::repeat(REACH);
+    let [low, high] = extent(&line.ends);
+    let near = map.lanes_near(low - reach, high + reach).into_iter().map(|lane| &map.lanes[lane]);
+    let edges = near.filter(|lane| stops_at(map, lane, line)).flat_map(|lane| [&lane.start, &lane.end]);
+    let edges = edges.filter(|edge| edge.points.iter().all(|at| cross(along, at - line.ends[0]).abs() <= AT_LINE));
+    let station = |place: Point| (place - line.ends[0]).dot(&along);
+    let mut corners: Vec<(f64, PointId)> =
+        edges.flat_map(|edge| edge.ids.into_iter().zip(edge.points)).map(|(id, place)| (station(place), id)).collect();
+    corners.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let (&(first, from), &(last, to)) = (corners.first()?, corners.last()?);
+    let placed = |point: PointId, share| Edit::PlaceBetween { point: point.0, from: from.0, to: to.0, share };
+    let [start, end] = [*way.points.first()?, *way.points.last()?];
+    let mut edits = Vec::new();
+    edits.extend((first < -AT_BOUND).then(|| placed(start, 0.0)));
+    edits.extend((last > station(line.ends[1]) + AT_BOUND).then(|| placed(end, 1.0)));
+    (!edits.is_empty()).then_some(edits)
+}
+
+/// Whether an element of a lane names a line.
+fn stops_at(map: &MapIndex, lane: &Lane, line: &StopLine) -> bool {
+    let elements = lane.lanelet.regulatory_elements.iter().filter_map(|&id| map.map.regulatory_elements.get(id));
+    let mut lines = elements.flat_map(|element| element.linestrings("ref_line").chain(element.linestrings("refers")));
+    lines.any(|way| way == line.way)
+}
+
+/// The edits that lengthen a line to the bounds of a lane.
+fn to_bounds(map: &MapIndex, line: &StopLine, lane: usize) -> Option<Vec<Edit>> {
+    let way = map.map.linestrings.get(line.way)?;
+    let lanelet = map.lanes[lane].lanelet;
+    let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
+    let [a, b] = [line.ends[0] - along * REACH, line.ends[1] + along * REACH];
+    let ends = [(*way.points.first()?, line.ends[0], -along), (*way.points.last()?, line.ends[1], along)];
+    let mut edits = Vec::new();
+    for bound in [lanelet.left, lanelet.right] {
+        let points: Vec<_> = map.map.bound_points(bound).collect();
+        let crossed = points.windows(2).find_map(|pair| {
+            let (.., place) = segment_crossing(a, b, pair[0].position, pair[1].position)?;
+            let share = (place - pair[0].position).norm() / (pair[1].position - pair[0].position).norm();
+            Some((place, [pair[0].id.0, pair[1].id.0], share))
+        });
+        let (place, [from, to], share) = crossed?;
+        let (point, ..) = *ends.iter().max_by(|x, y| (place - x.1).dot(&x.2).total_cmp(&(place - y.1).dot(&y.2)))?;
+        let beyond = ends.iter().any(|(_, end, out)| (place - end).dot(out) > AT_BOUND);
+        edits.extend(beyond.then_some(Edit::PlaceBetween { point: point.0, from, to, share }));
+    }
+    (!edits.is_empty()).then_some(edits)
 }
 
 /// Adds the edits that put the inner vertices onto the straight between the ends.

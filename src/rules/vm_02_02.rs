@@ -10,6 +10,7 @@ use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
 use super::element_size::{diagonal_of_lines, too_large};
+use super::lost_members::{self, LostMembers};
 use super::stop_line_crossings::{lanes_that_stop, line_of_lanes};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -35,6 +36,7 @@ fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
         elements.flat_map(|element| element.linestrings("ref_line").chain(element.linestrings("refers"))).collect();
     let lines = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
     let idle = lines.filter(|line| !used.contains(&line.id));
+    let lost = LostMembers::of(map);
     idle.filter(|line| params.everywhere || !inside(map, view, line))
         .map(|line| {
             let id = line.id;
@@ -43,6 +45,11 @@ fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
             let lanelets = lanes_that_stop(map, id);
             if lanelets.is_empty() {
                 return finding;
+            }
+            let obeying = lanelets.iter().map(|&lane| map.lanes[lane].id).collect();
+            if let Some(marking) = lost.of_lanelets("road_marking", &obeying).next() {
+                let edits = vec![lost_members::marking(marking, id)];
+                return finding.fixed_by(format!("let road_marking {marking} refer to it"), false, edits);
             }
             let title =
                 format!("create the road_marking element for {} that stop there", counted(lanelets.len(), "lanelet"));

@@ -13,6 +13,7 @@ use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
 use super::element_size::{diagonal_of_lines, too_large};
+use super::obeyed_light::ObeyedLights;
 use super::stop_line_crossings::lanes_that_stop;
 
 #[derive(Clone, Debug, Deserialize)]
@@ -34,15 +35,20 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let used: FxHashSet<LineStringId> =
         view.elements("traffic_light").flat_map(|light| light.linestrings("refers")).collect();
     let bodies = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
-    let mut findings: Vec<Finding> = bodies
-        .filter(|line| !used.contains(&line.id))
-        .map(|line| {
-            let message = format!("Traffic light {} belongs to no traffic_light element.", line.id);
-            Finding::new("unreferenced", Subject::LineString(line.id.0), message)
-        })
-        .collect();
+    let unnamed: Vec<LineStringId> = bodies.filter(|line| !used.contains(&line.id)).map(|line| line.id).collect();
+    let mut findings = unreferenced(map, &unnamed);
     findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, view, light, params)));
     findings
+}
+
+/// Lights that no element names.
+fn unreferenced(map: &MapIndex, lights: &[LineStringId]) -> Vec<Finding> {
+    let obeyed = ObeyedLights::new(map, lights);
+    let finding = |&light: &LineStringId| {
+        let message = format!("Traffic light {light} belongs to no traffic_light element.");
+        obeyed.named(Finding::new("unreferenced", Subject::LineString(light.0), message), light)
+    };
+    lights.iter().map(finding).collect()
 }
 
 fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Finding> {
