@@ -23,7 +23,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         };
         if location(lanelet).is_none() {
             let message = format!("Road lanelet {id} has {}; it must be urban or private.", said("location"));
-            let (value, reason) = nearby.guess(id);
+            let (value, reason) = nearby.guess(lanelet);
             let edits = vec![Edit::SetTag { on, key: "location".into(), value: value.into() }];
             let title = format!("set location={value}, {reason}");
             findings.push(Finding::new("location", on, message).fixed_by(title, false, edits));
@@ -76,9 +76,13 @@ impl NearbyLocations {
         Self(nearby)
     }
 
-    /// The value for a lanelet, and why.
-    fn guess(&self, id: LaneletId) -> (&'static str, &'static str) {
-        match self.0.get(&id) {
+    /// The value for a lanelet, and why. Lanelet2 knows a speed for urban lanes, and for those that do not say where they lie, but none
+    /// for private ones: without a speed limit of its own, a lane would no longer be driven on.
+    fn guess(&self, lanelet: &Lanelet) -> (&'static str, &'static str) {
+        match self.0.get(&lanelet.id) {
+            Some(&"private") if !lanelet.attributes.has("speed_limit") => {
+                ("urban", "since a private lane without speed_limit has no speed")
+            }
             Some(value) => (value, "as the nearest lane along the road"),
             None => ("urban", "since no lane along the road says otherwise"),
         }

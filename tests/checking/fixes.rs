@@ -17,8 +17,8 @@ use lanewright::settings::Settings;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::common::drawing::osm;
-use crate::common::judging::{beside, judge, judge_as, load};
+use crate::common::drawing::{Drawing, osm};
+use crate::common::judging::{beside, judge, judge_as, load, loaded};
 use crate::common::{hand_made_maps, root, rule_maps, shared_maps};
 
 /// The first finding of a rule's bad map that has this code.
@@ -48,6 +48,34 @@ fn pieces_are_merged_point_by_point() {
     for subject in [Subject::Lanelet(217), Subject::LineString(142), Subject::LineString(144)] {
         assert!(merged.contains(&Edit::Remove { subject }), "{subject} stays");
     }
+}
+
+/// Three lanelets one after the other, of which only the first says where it lies, and only the second how fast it is driven on.
+#[test]
+fn a_lane_without_a_speed_limit_does_not_become_private() {
+    let mut map = Drawing::default();
+    for (column, lon) in (0_i64..).zip([0.0, 0.0005, 0.001, 0.0015]) {
+        map.node(10 + column, [0.00003, lon], "ele=0");
+        map.node(20 + column, [0.0, lon], "ele=0");
+    }
+    for (at, tags) in (0_i64..).zip(["location=private", "speed_limit=20", ""]) {
+        map.way(30 + at, [10 + at, 11 + at], "type=road_border");
+        map.way(40 + at, [20 + at, 21 + at], "type=road_border");
+        map.relation(
+            50 + at,
+            &[("left", 30 + at), ("right", 40 + at)],
+            &format!("type=lanelet subtype=road one_way=yes {tags}"),
+        );
+    }
+    let found = judge(&loaded(&map.data()), &Settings::default());
+    let places = found.iter().filter(|one| one.code == "vm-01-01/location");
+    let set: Vec<_> = places.map(|one| (one.finding.subject, edits(one))).collect();
+    let tag = |id: i64, value: &str| {
+        let on = Subject::Lanelet(id);
+        (on, vec![Edit::SetTag { on, key: "location".into(), value: value.into() }])
+    };
+    let wanted = [tag(51, "private"), tag(52, "urban")];
+    assert_eq!(set, wanted.each_ref().map(|(on, edits)| (*on, edits.as_slice())));
 }
 
 #[test]
