@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use lanewright::diagnostic::{Edit, Subject};
 use lanewright::osm::{OsmData, Relation};
 
 use super::strangers_maps::{ROUND, Sheet, crossing, found, mended};
@@ -176,6 +177,31 @@ fn who_comes_from_opposite_a_sign_may_have_one_that_is_missing() {
     assert!(ignored(&mended, east).contains(&turn), "the road without signs goes first");
     assert!(!ignored(&mended, east).contains(&south), "of the other side nobody knows");
     assert_eq!(ignored(&mended, south), BTreeSet::new());
+}
+
+/// Nobody enters an intersection on a lanelet that begins in a point, so it needs no direction of the blinker.
+#[test]
+fn a_lanelet_that_begins_in_a_point_does_not_say_where_it_turns() {
+    let (data, [south, _, turn]) = signed(&[]);
+    let relation = data.relation(turn).unwrap();
+    let [left, right] = ["left", "right"].map(|role| {
+        let bound = relation.members.iter().find(|member| member.role == role).unwrap().id;
+        (bound, data.way(bound).unwrap().nodes[0])
+    });
+    let start = |node: i64| format!("<way id='{}'><nd ref='{node}'/>", right.0);
+    let pointed = osm(data.sources[0].text.to_string().replace(&start(right.1), &start(left.1)));
+    for (data, turns) in [(data, true), (pointed, false)] {
+        let found = found(&data);
+        let unmarked = found.iter().find(|one| one.code == "vm-03-01/unmarked").unwrap();
+        let edits = &unmarked.finding.fix.as_ref().unwrap().edits;
+        let turns_at = |lanelet: i64| {
+            let on_it = |on: &Subject| *on == Subject::Lanelet(lanelet);
+            edits
+                .iter()
+                .any(|edit| matches!(edit, Edit::SetTag { on, key, .. } if on_it(on) && key == "turn_direction"))
+        };
+        assert_eq!([south, turn].map(turns_at), [true, turns]);
+    }
 }
 
 #[test]
