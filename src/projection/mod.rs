@@ -171,7 +171,8 @@ impl Projector {
         let places: Vec<LonLat> = lons.iter().flat_map(|&lon| lats.map(|lat| LonLat { lon, lat })).collect();
         let squares: Vec<Option<MgrsGrid>> = Self::squares(&places);
         match MgrsGrid::of(center) {
-            Some(grid) if squares.iter().all(|s| s.is_some_and(|s| s.same_square(&grid))) => Self::Mgrs(grid),
+            // A square that two latitude bands share has two names, and Autoware warns of each point whose name is another.
+            Some(grid) if squares.iter().all(|square| *square == Some(grid)) => Self::Mgrs(grid),
             _ => {
                 let round = |degrees: f64| (degrees * ORIGIN_STEPS_PER_DEGREE).round() / ORIGIN_STEPS_PER_DEGREE;
                 Self::transverse_mercator(LonLat { lon: round(center.lon), lat: round(center.lat) })
@@ -372,6 +373,9 @@ mod tests {
             Projector::TransverseMercator { origin, .. } if origin == LonLat { lon: 139.9, lat: 35.2 }
         ));
         assert!(matches!(Projector::for_extent(&around(6.0, 50.0, 0.01)), Projector::TransverseMercator { .. }));
+        // One square, but south of 40 degrees it has another name.
+        assert!(matches!(Projector::for_extent(&around(116.3, 40.0, 0.01)), Projector::TransverseMercator { .. }));
+        assert!(matches!(Projector::for_extent(&around(116.3, 40.1, 0.01)), Projector::Mgrs(_)));
         let empty: [LonLat; 0] = [];
         assert_eq!(Extent::of(empty), None);
     }
