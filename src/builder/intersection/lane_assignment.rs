@@ -1,6 +1,9 @@
 //! Lane assignment: which lanes of an arm lead to which lanes of the others. Mapped connections and arrows come first; other
 //! lanes lead on in order, so that the movements of neighbours never cross.
 
+#[cfg(test)]
+mod tests;
+
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::STRAIGHT;
@@ -66,12 +69,13 @@ impl ApproachLanes<'_> {
         if lanes.is_empty() || usable.is_empty() {
             return;
         }
-        let mut goals = lane_goals(&lanes, &usable, kind);
+        let (mut goals, given_up) = lane_goals(&lanes, &usable, kind);
         for (t, target) in usable.iter().enumerate() {
             let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
             if ins.is_empty() {
                 // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes.
-                if target.turns_back() || !lanes.iter().any(|(_, l)| is_untold(l, &usable)) {
+                let told = |(_, lane): &(usize, &ArmLane)| !is_untold(lane, &usable);
+                if target.turns_back() || lanes.iter().all(told) && !given_up.contains(&t) {
                     continue;
                 }
                 ins = vec![outer_lane(&goals, t, target.turn > 0.0)];
@@ -164,15 +168,36 @@ fn sideways(from: &ArmLane, to: &ArmLane) -> f64 {
     cross(from.pose.heading, to.pose.point - from.pose.point).abs()
 }
 
-/// The targets of each lane, so that no lane crosses another.
-fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> Vec<Vec<usize>> {
+/// The targets of each lane, so that no lane crosses another; and those that a lane gave up because it crossed several others.
+fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> (Vec<Vec<usize>>, Vec<usize>) {
     let mut goals = single_goals(lanes, targets);
     let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
     let untold: Vec<bool> = lanes.iter().map(|(_, lane)| is_untold(lane, targets)).collect();
     while let Some((lane, target)) = crossing_goal(&goals, targets, &room, &untold) {
         goals[lane].retain(|&t| t != target);
     }
-    goals
+    let mut given_up = Vec::new();
+    for _ in 0..goals.len() {
+        let Some((lane, beside)) = lane_across(&goals) else { break };
+        given_up.append(&mut goals[lane]);
+        goals[lane].push(beside);
+    }
+    (goals, given_up)
+}
+
+/// A lane that crosses several others, and the target to which the one beside it leads: the arrow of such a lane is meant for another
+/// intersection, and what it seems to lead to lies beyond the others.
+fn lane_across(goals: &[Vec<usize>]) -> Option<(usize, usize)> {
+    let across = |lane: usize| {
+        let own = &goals[lane];
+        let over_left = goals[..lane].iter().filter(|left| left.iter().any(|t| own.iter().any(|u| t > u))).count();
+        let over_right =
+            goals[lane + 1..].iter().filter(|right| right.iter().any(|t| own.iter().any(|u| t < u))).count();
+        let left = goals[..lane].iter().flatten().max().filter(|_| over_left > 1 && over_right == 0);
+        let right = goals[lane + 1..].iter().flatten().min().filter(|_| over_right > 1 && over_left == 0);
+        Some((lane, *left.or(right)?))
+    };
+    (0..goals.len()).find_map(across)
 }
 
 /// The outermost lane that reaches a target and crosses no other lane on the way, else the outermost of all.
