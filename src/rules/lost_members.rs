@@ -5,14 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{Condition, LaneletId, LineStringId, PointId, RegulatoryElement};
-use crate::osm::Text;
 use crate::text::counted;
 
 use super::stop_line_crossings::line_of_lanes;
 
 /// An element that refers to nothing.
 struct Lost {
-    subtype: Text,
+    subtype: String,
     /// The lanelets that refer to it.
     lanelets: Vec<LaneletId>,
 }
@@ -33,7 +32,7 @@ impl<'i, 'm> LostMembers<'i, 'm> {
                 && ["traffic_light", "road_marking"].contains(&subtype.as_str())
                 && limit.role == "refers"
             {
-                elements.insert(id, Lost { subtype: subtype.clone(), lanelets: Vec::new() });
+                elements.insert(id, Lost { subtype: subtype.to_string(), lanelets: Vec::new() });
             }
         }
         for fault in map.faults {
