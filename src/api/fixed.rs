@@ -120,7 +120,7 @@ impl Fixed {
             .chain(self.projector_file.iter().map(|file| (&file.source.name, "", &file.source)))
             .map(|(name, old, new)| {
                 let lines = InternedInput::new(old, &new.text[..]);
-                let mut diff = Diff::compute(Algorithm::Histogram, &lines);
+                let mut diff = Diff::compute(Algorithm::Myers, &lines);
                 // Hunks that begin where a reader expects it take time in the lines of the map for each.
                 if diff.count_additions() + diff.count_removals() <= MOST_TIDIED {
                     diff.postprocess_lines(&lines);

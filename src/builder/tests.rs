@@ -329,6 +329,24 @@ fn a_dead_end_keeps_clear_of_a_carriageway_that_it_is_not_joined_to() {
 }
 
 #[test]
+fn a_dead_end_beside_a_carriageway_ends_where_it_is_drawn_to_end() {
+    let length = |beside: f64| {
+        let nodes = [(1, -80.0, 0.0, ""), (2, 80.0, 0.0, ""), (3, -80.0, beside, ""), (4, 0.0, beside, "")];
+        let tags = "highway=residential lanes=2 width=6";
+        let ways: [(i64, &[i64], &str); 2] = [(10, &[1, 2], tags), (11, &[3, 4], &format!("{tags} name=Ending"))];
+        let map = built(&nodes, &ways).map;
+        let ending = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_name", "Ending"));
+        let easts: Vec<f64> = ending.flat_map(|lanelet| map.outline(lanelet)).map(|place| place.x).collect();
+        easts.iter().copied().fold(f64::MIN, f64::max) - easts.iter().copied().fold(f64::MAX, f64::min)
+    };
+    let alone = length(12.0);
+    for beside in [5.2, 4.8] {
+        let length = length(beside);
+        assert!((length - alone).abs() < 0.1, "{beside} m beside: {length} m of {alone} are left");
+    }
+}
+
+#[test]
 fn every_lane_of_a_wide_road_leads_on_where_it_meets_a_narrow_one() {
     for lanes in 1..=5 {
         let wide = format!("highway=secondary oneway=yes lanes={lanes}");

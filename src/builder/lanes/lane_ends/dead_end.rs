@@ -13,6 +13,8 @@ use super::turn_setback::EndSetbacks;
 
 /// Lanes that end keep this distance, metres, from a carriageway ahead: a kerb or a gate lies between.
 const CLEAR: f64 = 1.5;
+/// So near to its edges, metres, a road that ends may lie on the carriageway of one that runs beside it: nobody drives there.
+const BESIDE: f64 = 0.5;
 /// The largest setback, metres, ...
 const MOST: f64 = 6.0;
 /// ... and the step, metres, by which it is sought.
@@ -60,6 +62,8 @@ fn ground_ahead(network: &RoadNetwork, least: &[Stations], at: RoadEnd, setback:
     let (left, right) = road.section.carriageway();
     let [left, right] = [left, right].map(|edge| road.section.edge(edge));
     let beyond = inward(road, at.end, station) * CLEAR;
-    let across = [left, (left + right) / 2.0, right].map(|offset| on_cut(road, at.end, station, offset));
+    let middle = (left + right) / 2.0;
+    let inner = |edge: f64| edge + (middle - edge).clamp(-BESIDE, BESIDE);
+    let across = [inner(left), middle, inner(right)].map(|offset| on_cut(road, at.end, station, offset));
     across.into_iter().flat_map(|place| [place, place + beyond]).collect()
 }
