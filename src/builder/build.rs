@@ -17,7 +17,7 @@ use super::network::{
     NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, is_highway, road_network,
 };
 use super::options::{BuildOptions, Plan};
-use super::postprocess::{grade_separation, tier4, turn_signal, user_elements};
+use super::postprocess::{grade_separation, shared_borders, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
 use super::streets::heights::{ElevationTags, elevation_tags};
 use super::streets::{Streets, streets};
@@ -264,6 +264,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(layout, &SignalArrows::new(&inside, &projector));
     notes.extend(more);
+    shared_borders::share_borders(&mut map);
     let reaches = reaches(&map);
     turn_signal::limit_turn_signals(&mut map, &reaches);
     grade_separation::ignore_other_levels(&mut map, &reaches);
