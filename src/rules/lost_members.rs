@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{Lane, MapIndex};
-use crate::lanelet::{Condition, LaneletId, LineStringId, PointId, RegulatoryElement};
+use crate::lanelet::{Condition, LaneletId, LineStringId, PointId};
 use crate::text::counted;
 
-use super::stop_line_crossings::line_of_lanes;
+use super::stop_line_crossings::{lanes_that_stop, line_of_lanes};
 
 /// An element that refers to nothing.
 struct Lost {
@@ -70,13 +70,12 @@ impl<'i, 'm> LostMembers<'i, 'm> {
     /// Adds the edits that let an element refer to the lights of its stop line, or of the lanes that start beside its own.
     fn with_lights_beside(&self, finding: Finding, line: LineStringId, lanes: &[usize]) -> Finding {
         let map = self.map;
-        let names = |element: &&RegulatoryElement| element.linestrings("ref_line").any(|one| one == line);
-        let of_line = map.view().elements("traffic_light").filter(names);
         let starts: BTreeSet<PointId> = lanes.iter().flat_map(|&lane| map.lanes[lane].start.ids).collect();
         let starts_beside = |other: &&Lane| other.start.ids.iter().any(|id| starts.contains(id));
         let near = lanes.iter().flat_map(|&lane| map.lanes_near(map.lanes[lane].extent[0], map.lanes[lane].extent[1]));
         let beside = near.map(|other| &map.lanes[other]).filter(starts_beside);
-        let elements = of_line.chain(beside.flat_map(|other| map.elements(other.id, "traffic_light")));
+        let at_line = lanes_that_stop(map, line).into_iter().map(|other| &map.lanes[other]);
+        let elements = at_line.chain(beside).flat_map(|other| map.elements(other.id, "traffic_light"));
         let lights: BTreeSet<LineStringId> = elements.flat_map(|element| element.linestrings("refers")).collect();
         if lights.is_empty() {
             return finding;

@@ -36,6 +36,8 @@ pub struct ObeyedLights<'i, 'm> {
     map: &'i MapIndex<'m>,
     places: FxHashMap<LineStringId, Place>,
     together: BTreeMap<Place, Vec<LineStringId>>,
+    /// The elements of traffic lights by their stop lines.
+    at_line: FxHashMap<LineStringId, Vec<i64>>,
     without_light: LostMembers<'i, 'm>,
 }
 
@@ -57,7 +59,11 @@ impl<'i, 'm> ObeyedLights<'i, 'm> {
                 together.entry(place).or_default().push(*light);
             }
         }
-        Self { map, places, together, without_light: LostMembers::of(map) }
+        let mut at_line: FxHashMap<LineStringId, Vec<i64>> = FxHashMap::default();
+        for element in map.view().elements("traffic_light").filter(|_| !lights.is_empty()) {
+            element.linestrings("ref_line").for_each(|line| at_line.entry(line).or_default().push(element.id.0));
+        }
+        Self { map, places, together, at_line, without_light: LostMembers::of(map) }
     }
 
     /// Adds the edits that let the element of the place refer to all its lights; if the place has none, those that create one.
@@ -106,13 +112,12 @@ impl<'i, 'm> ObeyedLights<'i, 'm> {
 
     /// The traffic light elements of the place.
     fn elements(&self, place: Place, lanelets: &BTreeSet<LaneletId>) -> BTreeSet<i64> {
-        let view = self.map.view();
-        let broken = self.without_light.of_lanelets("traffic_light", lanelets);
-        let sound = view.elements("traffic_light").filter(|element| match place {
-            Place::StopLine(line) => element.linestrings("ref_line").any(|one| one == line),
-            Place::Crosswalk(lanelet) => self.map.referrers(element.id).contains(&lanelet),
-        });
-        sound.map(|element| element.id.0).chain(broken).collect()
+        let mut elements: BTreeSet<i64> = self.without_light.of_lanelets("traffic_light", lanelets).collect();
+        match place {
+            Place::StopLine(line) => elements.extend(self.at_line.get(&line).into_iter().flatten()),
+            Place::Crosswalk(id) => elements.extend(self.map.elements(id, "traffic_light").map(|light| light.id.0)),
+        }
+        elements
     }
 }
 
