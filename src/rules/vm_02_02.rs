@@ -111,7 +111,7 @@ fn judge(map: &MapIndex, sign: &RegulatoryElement, params: &Params) -> Vec<Findi
     }
     let diagonal = match params.strict {
         true => diagonal_of_lines(view, sign, &["refers", "ref_line"]),
-        false => Some(view.diagonal(sign)),
+        false => Some(view.reach(sign)),
     };
     findings.extend(too_large("sign-extent", sign, diagonal, params.max_bounding_box_size));
     findings

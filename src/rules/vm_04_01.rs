@@ -100,7 +100,7 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
     }
     let diagonal = match params.lines_only {
         true => diagonal_of_lines(view, light, &["refers", "ref_line", "light_bulbs"]),
-        false => Some(view.diagonal(light)),
+        false => Some(view.reach(light)),
     };
     findings.extend(too_large("extent", light, diagonal, params.max_bounding_box_size));
     findings

@@ -9,6 +9,7 @@ mod differences;
 mod divided_lanelets;
 mod divided_maps;
 mod driving_side;
+mod element_extents;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;
 mod first_screen;

@@ -124,12 +124,14 @@ impl Layout {
     /// lanelets are drawn again.
     fn draw_lanelets(&mut self) {
         let Self { network, restrictions, joins, lines, assembly, lanes, turning, .. } = self;
+        let roundabouts = network.whole_roundabouts();
         turning.par_iter_mut().finely().enumerate().filter(|(_, turning)| turning.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                 return;
             }
-            let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
+            let site =
+                Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
             let mut turning = IntersectionLanelets::draw(site);
             if at.arms.len() > 2 {
                 turning.overlapped_ends =
@@ -145,12 +147,14 @@ impl Layout {
     /// Draws the outlines that are not drawn yet.
     pub(super) fn outline(&mut self) {
         let Self { network, restrictions, assembly, lanes, turning, .. } = self;
+        let roundabouts = network.whole_roundabouts();
         let bare = |turning: &Option<Box<IntersectionLanelets>>| {
             turning.as_ref().is_some_and(|turning| turning.conflicts.is_none())
         };
         let bare = turning.par_iter_mut().finely().zip(&network.intersections).filter(|(turning, _)| bare(turning));
         bare.for_each(|(slot, at)| {
-            let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
+            let site =
+                Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
             *slot = slot.take().map(|turning| Box::new(turning.outlined(site)));
         });
         // From now on an outline stays when its roads are cut at their other ends.

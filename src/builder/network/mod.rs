@@ -34,6 +34,7 @@ pub mod unreachable_lanes;
 mod way_cross_sections;
 mod way_pieces;
 mod way_runs;
+mod whole_roundabouts;
 
 use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, Vector};

@@ -74,7 +74,6 @@ impl MapIndex<'_> {
     /// Whether a ring of lanes runs around an island as roundabouts do.
     fn goes_around(&self, ring: &[usize]) -> bool {
         let turn: f64 = ring.iter().map(|&lane| self.lanes[lane].turn()).sum();
-        let length: f64 = ring.iter().map(|&lane| self.lanes[lane].length()).sum();
         let far = match self.side.side.map(DrivingSide::far_turn) {
             Some(TurnDirection::Right) => turn < 0.0,
             Some(_) => turn > 0.0,
@@ -82,13 +81,11 @@ impl MapIndex<'_> {
         };
         let is_two_way = ring.iter().any(|&lane| self.has_oncoming_inside(lane, turn > 0.0));
         let Some(line) = self.middle_of(ring).filter(|_| far && !is_two_way) else { return false };
-        let [least, most] = bends(&line);
-        let is_round = least >= LEAST_TURN || most <= -LEAST_TURN;
-        let has_no_corner = least.abs().max(most.abs()) <= MOST_TURN;
-        let circle = line.length().powi(2) / (4.0 * std::f64::consts::PI);
-        let is_like_circle = polygon::signed_area(line.points()).abs() >= ROUND * circle;
-        let is_open = || !ring.iter().any(|&lane| self.is_crossed(lane));
-        is_round || (length <= SHORT_RING && (has_no_corner || is_like_circle) && is_open())
+        match RingShape::of(&line) {
+            RingShape::Round => true,
+            RingShape::Short => !ring.iter().any(|&lane| self.is_crossed(lane)),
+            RingShape::Other => false,
+        }
     }
 
     /// Whether cars come the other way beside a lane, on its left or on its right: around a small block, and never inside a roundabout.
@@ -98,12 +95,41 @@ impl MapIndex<'_> {
         self.users_of(inner).iter().any(|&other| other != lane && self.lanes[other].bounds[side] == inner)
     }
 
-    /// The closed line along the middle of a ring of lanes, in 24 pieces.
+    /// The closed line along the middle of a ring of lanes.
     fn middle_of(&self, ring: &[usize]) -> Option<Polyline> {
         let centers = ring.iter().filter_map(|&lane| self.lanes[lane].center.as_ref());
         let mut places: Vec<Point> = centers.flat_map(|center| center.points().iter().copied()).collect();
         places.extend(places.first().copied());
-        Some(Polyline::new(places)?.resampled_to(24))
+        Polyline::new(places)
+    }
+}
+
+/// How a one-way ring of streets looks to those who come to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RingShape {
+    /// It turns all the way around: a roundabout.
+    Round,
+    /// Short, and an oval or with a waist or few corners: a roundabout if others only join and leave it.
+    Short,
+    /// As long as around a block of houses, or with corners like one.
+    Other,
+}
+
+impl RingShape {
+    /// The shape of a closed line.
+    pub fn of(closed: &Polyline) -> Self {
+        let line = closed.resampled_to(24);
+        let [least, most] = bends(&line);
+        if closed.length() <= LONGEST_RING && (least >= LEAST_TURN || most <= -LEAST_TURN) {
+            return Self::Round;
+        }
+        let has_no_corner = least.abs().max(most.abs()) <= MOST_TURN;
+        let circle = line.length().powi(2) / (4.0 * std::f64::consts::PI);
+        let is_like_circle = polygon::signed_area(line.points()).abs() >= ROUND * circle;
+        match closed.length() <= SHORT_RING && (has_no_corner || is_like_circle) {
+            true => Self::Short,
+            false => Self::Other,
+        }
     }
 }
 

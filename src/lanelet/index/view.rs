@@ -185,12 +185,24 @@ impl<'m> View<'m> {
         element.linestrings(role).filter_map(|id| self.map.linestrings.get(id))
     }
 
-    /// Diagonal (m) of the box around the members of an element and the lanelets that refer to it.
-    pub fn diagonal(&self, element: &RegulatoryElement) -> f64 {
-        self.diagonal_of(element, |_| true).unwrap_or_default()
+    /// Diagonal (m) of the box around the members of an element and, of each lanelet that refers to it, the place that is nearest to
+    /// them: a long lane makes no element large.
+    pub fn reach(&self, element: &RegulatoryElement) -> f64 {
+        let mut places = self.member_places(element, |_| true);
+        let [low, high] = extent(&places);
+        let middle = nalgebra::center(&low, &high);
+        let outlines = self.referrers(element.id).iter().map(|&at| &self.lanelets[at].outline);
+        let nearest = |outline: &Vec<Place>| {
+            let squared = |place: &Place| (place - middle).norm_squared();
+            outline.iter().copied().min_by(|a, b| squared(a).total_cmp(&squared(b)))
+        };
+        let near: Vec<Place> = outlines.filter_map(nearest).collect();
+        places.extend(near);
+        diagonal(places).unwrap_or_default()
     }
 
-    /// The same with the members that count; `None` where neither one of them nor a lanelet has a place.
+    /// Diagonal (m) of the box around the members of an element that count and the lanelets that refer to it; `None` where neither one
+    /// of them nor a lanelet has a place.
     pub fn diagonal_of(&self, element: &RegulatoryElement, counts: impl Fn(&Member) -> bool) -> Option<f64> {
         let referrers = self.referrers(element.id).iter().flat_map(|&at| &self.lanelets[at].outline);
         diagonal(self.member_places(element, counts).into_iter().chain(referrers.copied()))
