@@ -46,6 +46,8 @@ pub struct TurningLanelet {
     pub heading: Vector,
     /// The larger jump of direction between it and the lanes that it joins, degrees.
     pub corner: f64,
+    /// The smallest radius of its middle, metres.
+    pub radius: f64,
     /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
 }
@@ -59,6 +61,9 @@ impl TurningLanelet {
 
 /// How tightly a bound may bend, and how much wider a turning lane may become, metres.
 const BENDS: Rounding = Rounding { min_radius: 1.25, easy_radius: 2.0, max_shift: 0.6 };
+
+/// Steps in which the bends of a lanelet's middle are measured, metres.
+const BEND_STEP: f64 = 2.0;
 
 /// Bytes of the tags that only turning lanelets have.
 const TURN_TAGS: usize = 64;
@@ -263,6 +268,7 @@ impl DrawnMovements {
             bounds: [left.line, right.line],
             heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
             corner: center.as_ref().map_or(0.0, |center| corner([from.pose.heading, to.pose.heading], center)),
+            radius: center.as_ref().map_or(f64::INFINITY, least_radius),
             turn: center.map_or(0.0, |center| turned(side, &center)),
             outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
             kind,
@@ -273,6 +279,15 @@ impl DrawnMovements {
 /// Unit direction of a lanelet over its first metres.
 fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
+}
+
+/// The smallest radius of the middle of a lanelet, metres, measured over steps of [`BEND_STEP`].
+fn least_radius(center: &Polyline) -> f64 {
+    let line = center.resampled(BEND_STEP);
+    let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
+    let bends = chords.windows(2).map(|two| angle_between(two[0], two[1]).abs());
+    let step = center.length() / chords.len() as f64;
+    step / bends.fold(f64::MIN_POSITIVE, f64::max)
 }
 
 /// The larger jump of direction where a lanelet begins and ends between lanes of these headings, degrees. An arc that begins at a
@@ -299,6 +314,8 @@ enum Side {
 enum Share {
     /// If it keeps its width between them.
     Evenly,
+    /// Those of others that lead the same way, if it keeps its width.
+    Along,
     /// If it is valid between them.
     Anyhow,
     Not,
@@ -329,6 +346,8 @@ fn movement_sides(
     let shapes = [
         (midway, Share::Evenly),
         (smooth, Share::Evenly),
+        (midway, Share::Along),
+        (smooth, Share::Along),
         (smooth, Share::Not),
         (midway, Share::Anyhow),
         (smooth, Share::Anyhow),
@@ -338,7 +357,12 @@ fn movement_sides(
     ];
     let mut invalid: Vec<[&[Point]; 2]> = Vec::new();
     for (shape, share) in shapes {
-        let known = if share == Share::Not { [None, None] } else { known };
+        let may = |bound: &Bound| match share {
+            Share::Evenly | Share::Anyhow => true,
+            Share::Along => !bound.inverted,
+            Share::Not => false,
+        };
+        let known = known.map(|bound| bound.filter(may));
         let lines = sides.map(|side| drawn[side].as_deref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
         // Where no bound is known, several shapes have the same lines.
         if invalid.contains(&lines) {
@@ -348,7 +372,8 @@ fn movement_sides(
             invalid.push(lines);
             continue;
         }
-        if share != Share::Evenly || !with_opposite || keep_width(lines, widths) {
+        let is_even = matches!(share, Share::Evenly | Share::Along);
+        if !is_even || !with_opposite || keep_width(lines, widths) {
             let lines = rounded(lines, known, narrow);
             let mut known = known.into_iter();
             return Some(lines.map(|line| match known.next().flatten() {

@@ -12,6 +12,8 @@ use super::turning_lanelets::TurningLanelet;
 
 /// The largest jump of direction, degrees, between a lane and a turning lanelet.
 const CORNER: f64 = 25.0;
+/// No car turns on a smaller radius of its lane's middle, metres.
+const TIGHT: f64 = 2.1;
 /// A lanelet that reaches farther than this, metres, out of the convex hull of roads and lane ends leaves the intersection.
 const SWING: f64 = 8.0;
 /// Two lanelets that lead to different roads may turn by this angle, degrees, in the wrong order.
@@ -55,7 +57,7 @@ pub fn begins_or_ends_in_corner(path: &TurningLanelet) -> bool {
 /// Movements that no car can drive, though their lanes need them.
 #[derive(Debug, Default, PartialEq)]
 pub struct UndrivableMovements {
-    /// Those that begin or end in a corner.
+    /// Those that begin or end in a corner, or bend too tightly.
     pub corners: Vec<Movement>,
     /// Those that run into each other.
     pub pairs: Vec<[Movement; 2]>,
@@ -64,7 +66,8 @@ pub struct UndrivableMovements {
 impl UndrivableMovements {
     /// Of the lanelets of one intersection, in order of their movements.
     pub fn of(paths: &[TurningLanelet]) -> Self {
-        let corners = paths.iter().filter(|path| begins_or_ends_in_corner(path)).map(|path| path.movement).collect();
+        let is_undrivable = |path: &&TurningLanelet| begins_or_ends_in_corner(path) || path.radius < TIGHT;
+        let corners = paths.iter().filter(is_undrivable).map(|path| path.movement).collect();
         let beside = |(i, a): (usize, &'_ TurningLanelet)| {
             let (from, others) = (a.movement.from, &paths[i + 1..]);
             let into = others.iter().take_while(move |b| b.movement.from == from).filter(|b| run_into_each_other(a, b));
