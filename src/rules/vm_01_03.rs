@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
-use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::index::{Lane, MapIndex, declared_area};
 use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
 use crate::parallel::Finely;
 
@@ -144,15 +144,17 @@ fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) ->
 }
 
 /// Whether two lanes share a bound, follow each other, lie on two levels, are a road and a strip at its side, or belong to one
-/// intersection, where vm-03-07 judges lanes that cross, diverge or merge.
+/// intersection, as lanes of buses may, too: there vm-03-07 judges lanes that cross, diverge or merge.
 fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
+    let area = declared_area(a);
     b.bounds.iter().any(|way| a.bounds.contains(way))
         || map.follows(at, other)
         || map.follows(other, at)
         || on_two_levels(a, b)
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
+        || area.is_some() && area == declared_area(b)
 }
 
 /// Whether a bound of one lane runs along a bound of the other, between streets in the same direction.

@@ -116,6 +116,25 @@ fn a_lane_of_buses_is_part_of_the_intersection() {
     assert!(area(straight).is_some() && area(straight) == area(buses), "{:?} {:?}", area(straight), area(buses));
 }
 
+/// A lane of cars and one of buses side by side, each with its own border between them, and both with these tags.
+fn buses_beside_cars(tags: &str) -> OsmData {
+    let mut sheet = Sheet::default();
+    let buses = "subtype=bus_lane participant:vehicle:bus=yes";
+    for (sides, kind) in [([4.0, 0.05], "subtype=road"), ([-0.05, -4.0], buses)] {
+        let [left, right] = sides.map(|y| sheet.nodes([[0.0, y], [30.0, y]]));
+        let bounds = [left, right].map(|nodes| sheet.way(&nodes, "type=virtual"));
+        sheet.lanelet(bounds, &format!("{kind} location=urban speed_limit=40 {tags}"));
+    }
+    sheet.drawing.data()
+}
+
+#[test]
+fn a_lane_of_buses_in_an_intersection_has_its_own_borders() {
+    let apart = |tags: &str| found(&buses_beside_cars(tags)).iter().any(|one| one.code == "vm-01-03/not-shared");
+    assert!(apart(""));
+    assert!(!apart("turn_direction=straight intersection_area=77"));
+}
+
 /// Two roads that cross, and a left turn from the south; those who come from these sides, south or north, have a stop sign. The map,
 /// with the lanelets that lead south, east, and turn.
 fn signed(sides: &[usize]) -> (OsmData, [i64; 3]) {

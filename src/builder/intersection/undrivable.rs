@@ -141,6 +141,7 @@ mod tests {
             bounds: [LineStringId(1), LineStringId(2)],
             heading: Vector::new(1.0, 0.0),
             corner,
+            radius: 10.0,
             kind: StripKind::Drive,
         }
     }
@@ -153,6 +154,15 @@ mod tests {
         assert_eq!(undrivable(&[straight.clone(), corner.clone(), other.clone()], []), [corner.movement]);
         assert!(undrivable(&[straight, corner.clone()], []).is_empty(), "nobody else leads to the lane");
         assert!(undrivable(&[corner, other], []).is_empty(), "the lane leads nowhere else");
+    }
+
+    #[test]
+    fn no_car_drives_where_a_lanelet_bends_too_tightly_or_begins_in_a_corner() {
+        let path = |corner: f64, radius: f64| {
+            TurningLanelet { radius, ..path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [180.0, corner]) }
+        };
+        let count = |corner: f64, radius: f64| UndrivableMovements::of(&[path(corner, radius)]).count();
+        assert_eq!([count(0.0, 4.0), count(0.0, 1.9), count(30.0, 4.0), count(30.0, 1.9)], [0, 1, 1, 1]);
     }
 
     #[test]
