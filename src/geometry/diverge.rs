@@ -150,12 +150,15 @@ struct Overlap {
 impl Overlap {
     /// The line without the overlap; `None` if it would cross the other line, or bend too much.
     fn removed(&self, line: &Measured, other: &Measured, room: Room) -> Option<Vec<Point>> {
-        let leaving = other.line.at(self.leaves);
-        let mut points: Vec<Point> = other.vertices().take_while(|(_, s)| *s <= self.leaves).map(|(p, _)| p).collect();
+        // A step past a bend of the other line so near ahead would cut the bend off.
+        let near = |s: &f64| (self.leaves..self.leaves + STEP).contains(s);
+        let leaves = other.stations.iter().copied().find(near).unwrap_or(self.leaves);
+        let leaving = other.line.at(leaves);
+        let mut points: Vec<Point> = other.vertices().take_while(|(_, s)| *s <= leaves).map(|(p, _)| p).collect();
         if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
             points.push(leaving);
         }
-        let direction = other.line.direction(self.leaves);
+        let direction = other.line.direction(leaves);
         let sharp = |p: Point, station: f64| {
             let bends = [(direction, p - leaving), (p - leaving, line.line.direction(station))];
             bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * MIN_RADIUS > (p - leaving).norm()
@@ -286,5 +289,16 @@ mod tests {
         let [own, other] = [&swings, &straight].map(|line| Measured::new(line.points().iter().copied()).unwrap());
         assert!(overlap(&super::diverge(&own, &other, Room::parting(true)).unwrap(), &straight) < 1e-6);
         assert_eq!(diverge(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
+    }
+
+    #[test]
+    fn a_line_leaves_another_behind_the_bend_that_is_next() {
+        // The overlap ends a few centimetres before a bend to the right.
+        for bend in [5.02, 5.1, 5.2] {
+            let other = line(&[(0.0, 0.0), (bend, 0.0), (25.0, -1.6)]);
+            let own = line(&[(0.0, 0.0), (4.9, -0.05), (5.0, 0.0), (30.0, -0.5)]);
+            let bent = diverge(&own, &other).unwrap();
+            assert!(overlap(&bent, &other) < 1e-6, "{bend}: {bent:?}");
+        }
     }
 }

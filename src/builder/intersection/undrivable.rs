@@ -158,8 +158,9 @@ mod tests {
 
     #[test]
     fn no_car_drives_where_a_lanelet_bends_too_tightly_or_begins_in_a_corner() {
-        let path = |corner: f64, radius: f64| {
-            TurningLanelet { radius, ..path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [180.0, corner]) }
+        let path = |corner: f64, radius: f64| TurningLanelet {
+            radius,
+            ..path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [180.0, corner])
         };
         let count = |corner: f64, radius: f64| UndrivableMovements::of(&[path(corner, radius)]).count();
         assert_eq!([count(0.0, 4.0), count(0.0, 1.9), count(30.0, 4.0), count(30.0, 1.9)], [0, 1, 1, 1]);
