@@ -82,14 +82,21 @@ impl Search<'_> {
             }
             let arrival = other_end(next);
             let there = network.road(next.road).intersection(arrival.end);
-            let seen = there == here
-                || self.path[1..].iter().any(|e| network.road(e.road).intersection(other_end(*e).end) == there);
-            if !seen && self.members.contains(&there) {
+            if there != here && !self.has_passed(there, next.road) && self.members.contains(&there) {
                 self.path.push(arrival);
                 self.extend(there);
                 self.path.pop();
             }
         }
+    }
+
+    /// Whether the path has passed an intersection of one node, or this road. One of several nodes may be passed twice, over others of
+    /// its nodes: its passages tell.
+    fn has_passed(&self, there: IntersectionIx, road: RoadIx) -> bool {
+        let passed = &self.path[1..];
+        let is_there = |end: &RoadEnd| self.network.road(end.road).intersection(other_end(*end).end) == there;
+        let one_node = self.network.intersection(there).nodes.len() == 1;
+        passed.iter().any(|end| end.road == road || one_node && is_there(end))
     }
 
     /// Whether passages and restrictions let the path go on over `next`.
