@@ -156,6 +156,29 @@ fn arrows_that_lead_past_a_road_are_not_meant_for_it() {
     assert_eq!(from_nowhere(&built(&nodes, &ways).map), 2, "only the two lanes at the edge of the map");
 }
 
+#[test]
+fn an_arrow_is_meant_for_all_streets_that_leave_on_its_side() {
+    // Two streets leave to the right of those who come from the west; those from the north lead to both, too.
+    let nodes = [
+        (1, -100.0, 0.0, ""),
+        (2, 0.0, 0.0, ""),
+        (3, 100.0, 0.0, ""),
+        (4, 35.0, -90.0, ""),
+        (5, -35.0, -90.0, ""),
+        (6, 0.0, 100.0, ""),
+    ];
+    let street = "highway=residential oneway=yes lanes=1";
+    let ways: [(i64, &[i64], &str); 5] = [
+        (10, &[1, 2], "highway=primary oneway=yes lanes=2 turn:lanes=through|right"),
+        (11, &[2, 3], "highway=primary oneway=yes lanes=2"),
+        (12, &[2, 4], street),
+        (13, &[2, 5], street),
+        (14, &[6, 2], "highway=secondary oneway=yes lanes=2"),
+    ];
+    let map = built(&nodes, &ways).map;
+    assert_eq!(map.lanelets.iter().filter(|one| one.attributes.is("turn_direction", "right")).count(), 2);
+}
+
 /// How many lanes nobody leads to.
 fn from_nowhere(map: &LaneletMap) -> usize {
     let reached = |l: &&Lanelet| map.lanelets.iter().any(|before| ends(map, before)[1] == ends(map, l)[0]);

@@ -18,6 +18,8 @@ use std::collections::BTreeMap;
 
 /// The largest difference, degrees, between the direction of an arrow and that of an arm to which it leads.
 const ARROW_REACH: f64 = 70.0;
+/// An arrow leads to a further arm only if their directions differ by no more than this, degrees.
+const ARROW_NEAR: f64 = 50.0;
 
 /// The movements from all arms; where `with_arrows` is false, as if the arm had no arrows.
 pub fn assign_lanes(
@@ -73,12 +75,15 @@ impl ApproachLanes<'_> {
         for (t, target) in usable.iter().enumerate() {
             let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
             if ins.is_empty() {
-                // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes.
+                // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes and
+                // its own one points elsewhere.
                 let told = |(_, lane): &(usize, &ArmLane)| !is_untold(lane, &usable);
-                if target.turns_back() || lanes.iter().all(told) && !given_up.contains(&t) {
+                let outer = outer_lane(&goals, t, target.turn > 0.0);
+                let is_free = given_up.contains(&t) || !lanes.iter().all(told);
+                if target.turns_back() || !is_free && !turns_towards(lanes[outer].1.arrows, target) {
                     continue;
                 }
-                ins = vec![outer_lane(&goals, t, target.turn > 0.0)];
+                ins = vec![outer];
             }
             let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&o| target.arm.out[o].kind == kind).collect();
             while ins.len() > outs.len() {
@@ -273,17 +278,26 @@ fn is_untold(lane: &ArmLane, targets: &[TurnTarget]) -> bool {
     arrow_goals(lane.arrows, targets).is_empty()
 }
 
+/// The directions that arrows show, degrees, left positive.
+const DIRECTIONS: [(Arrows, f64); 7] = [
+    (Arrows::SHARP_LEFT, 135.0),
+    (Arrows::LEFT, 90.0),
+    (Arrows::SLIGHT_LEFT, 40.0),
+    (Arrows::THROUGH, 0.0),
+    (Arrows::SLIGHT_RIGHT, -40.0),
+    (Arrows::RIGHT, -90.0),
+    (Arrows::SHARP_RIGHT, -135.0),
+];
+
+/// Whether an arrow shows a turn in nearly the direction of an arm: where two streets leave on one side, it is for both.
+fn turns_towards(arrows: Arrows, target: &TurnTarget) -> bool {
+    let shown = DIRECTIONS.iter().filter(|(arrow, degrees)| arrows.has(*arrow) && *degrees != 0.0);
+    let mut angles = shown.map(|(_, degrees)| (target.arrow_turn - degrees).abs());
+    target.turn.abs() > STRAIGHT && angles.any(|angle| angle <= ARROW_NEAR)
+}
+
 /// The targets to which a lane's arrows lead.
 fn arrow_goals(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
-    const DIRECTIONS: [(Arrows, f64); 7] = [
-        (Arrows::SHARP_LEFT, 135.0),
-        (Arrows::LEFT, 90.0),
-        (Arrows::SLIGHT_LEFT, 40.0),
-        (Arrows::THROUGH, 0.0),
-        (Arrows::SLIGHT_RIGHT, -40.0),
-        (Arrows::RIGHT, -90.0),
-        (Arrows::SHARP_RIGHT, -135.0),
-    ];
     let nearest = |degrees: f64| {
         let difference = |(_, target): &(usize, &TurnTarget)| (target.arrow_turn - degrees).abs();
         let best = targets.iter().enumerate().min_by(|a, b| difference(a).total_cmp(&difference(b)));
