@@ -19,6 +19,8 @@ const ROUND: f64 = 0.9;
 /// ... or it may be an oval or have a waist, if it turns by no more than this (deg) on any twelfth of its length. The aisles around a
 /// block of stands are neither: they turn at their corners alone.
 const MOST_TURN: f64 = 60.0;
+/// A longer ring over few corners encloses this share: an octagon does.
+const ROUND_LONG: f64 = 0.93;
 
 impl MapIndex<'_> {
     /// Whether the rules of a roundabout say who goes first where two lanes meet, so that this is no intersection: both are part of it,
@@ -83,7 +85,7 @@ impl MapIndex<'_> {
         let Some(line) = self.middle_of(ring).filter(|_| far && !is_two_way) else { return false };
         match RingShape::of(&line) {
             RingShape::Round => true,
-            RingShape::Short => !ring.iter().any(|&lane| self.is_crossed(lane)),
+            RingShape::Open => !ring.iter().any(|&lane| self.is_crossed(lane)),
             RingShape::Other => false,
         }
     }
@@ -109,9 +111,9 @@ impl MapIndex<'_> {
 pub enum RingShape {
     /// It turns all the way around: a roundabout.
     Round,
-    /// Short, and an oval or with a waist or few corners: a roundabout if others only join and leave it.
-    Short,
-    /// As long as around a block of houses, or with corners like one.
+    /// With few corners, or short and an oval or with a waist: a roundabout if others only join and leave it.
+    Open,
+    /// Long and with straight sides, as around a block of houses.
     Other,
 }
 
@@ -125,10 +127,11 @@ impl RingShape {
         }
         let has_no_corner = least.abs().max(most.abs()) <= MOST_TURN;
         let circle = line.length().powi(2) / (4.0 * std::f64::consts::PI);
-        let is_like_circle = polygon::signed_area(line.points()).abs() >= ROUND * circle;
-        match closed.length() <= SHORT_RING && (has_no_corner || is_like_circle) {
-            true => Self::Short,
-            false => Self::Other,
+        let share = polygon::signed_area(line.points()).abs() / circle;
+        match closed.length() {
+            length if length <= SHORT_RING && (has_no_corner || share >= ROUND) => Self::Open,
+            length if length <= LONGEST_RING && share >= ROUND_LONG => Self::Open,
+            _ => Self::Other,
         }
     }
 }
