@@ -105,6 +105,29 @@ mod tests {
     }
 
     #[test]
+    fn both_carriageways_around_an_island_have_one_crosswalk() {
+        let crossing = "highway=crossing crossing=zebra";
+        let nodes = [
+            (1, -80.0, 0.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, 30.0, 4.0, crossing),
+            (4, 30.0, -4.0, crossing),
+            (5, 60.0, 0.0, ""),
+            (6, 140.0, 0.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 4] = [
+            (10, &[1, 2], "highway=secondary name=A"),
+            (11, &[5, 3, 2], "highway=secondary name=A oneway=yes"),
+            (12, &[2, 4, 5], "highway=secondary name=A oneway=yes"),
+            (13, &[5, 6], "highway=secondary name=A"),
+        ];
+        assert_eq!(
+            found(&built_as(&Asked { nodes: &nodes, ways: &ways, options: BuildOptions::default() })),
+            [1, 1, 0]
+        );
+    }
+
+    #[test]
     fn lanes_that_go_on_through_lights_have_the_element_of_the_crosswalk_before_them() {
         let nodes = [
             (1, 0.0, 0.0, "highway=traffic_signals"),

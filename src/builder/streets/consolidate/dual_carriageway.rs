@@ -3,7 +3,7 @@
 //! A refuge for pedestrians splits a street into two one-way ways for some metres (A/B Street's "sausage link"). As two roads
 //! they would overlap at both ends.
 
-use crate::builder::network::{End, Feature, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::geometry::{Point, Polyline};
 
@@ -69,6 +69,9 @@ fn neighbours(arms: &[RoadEnd], a: RoadIx, b: RoadIx) -> bool {
     (i + 1) % arms.len() == j || (j + 1) % arms.len() == i
 }
 
+/// Crossings of the two carriageways that lie this near each other along the street, metres, are one crosswalk.
+const CROSSING_WIDE: f64 = 3.0;
+
 /// One road from two carriageways with the same first and last point; `a` is driven along its line, `b` against it.
 fn around_island(a: &Road, b: &Road) -> Option<Road> {
     let count = (a.line.length().max(b.line.length()) / STEP).ceil() as usize + 1;
@@ -101,11 +104,19 @@ fn around_island(a: &Road, b: &Road) -> Option<Road> {
     let mut features = a.features.clone();
     let ratio = line.length() / b.line.length();
     for f in &b.features {
-        if !features.iter().any(|x| x.node == f.node && x.kind == f.kind) {
-            features.push(Feature { station: f.station * ratio, ..f.clone() });
+        let f = Feature { station: f.station * ratio, ..f.clone() };
+        let is_known = |x: &Feature| x.node == f.node && x.kind == f.kind || is_one_crosswalk(x, &f);
+        if !features.iter().any(is_known) {
+            features.push(f);
         }
     }
     features.sort_by(|x, y| x.station.total_cmp(&y.station));
     let speed = [a.speed[0], b.speed[1]];
     Some(Road { ways, line, section, features, speed, ..a.clone() })
+}
+
+/// Whether people cross both carriageways over one crosswalk.
+fn is_one_crosswalk(a: &Feature, b: &Feature) -> bool {
+    let is_crossing = |one: &Feature| matches!(one.kind, FeatureKind::Crossing { .. });
+    is_crossing(a) && is_crossing(b) && (a.station - b.station).abs() < CROSSING_WIDE
 }
