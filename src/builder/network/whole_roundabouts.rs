@@ -38,14 +38,13 @@ impl RoadNetwork {
         let mut pieces: Vec<Piece> = roads.chain(inner).collect();
         pieces.sort_by_key(|piece| (piece.from, piece.to));
         let from: FxHashMap<i64, usize> = pieces.iter().map(|piece| piece.from).zip(0..).collect();
-        // The start of the walk on which a piece was passed.
-        let mut passed: Vec<Option<usize>> = vec![None; pieces.len()];
+        let mut passed = vec![false; pieces.len()];
         let mut whole = FxHashSet::default();
         for start in 0..pieces.len() {
             let mut at = Some(start);
             let mut walk: Vec<usize> = Vec::new();
-            while let Some(piece) = at.filter(|&piece| passed[piece].is_none()) {
-                passed[piece] = Some(start);
+            while let Some(piece) = at.filter(|&piece| !passed[piece]) {
+                passed[piece] = true;
                 walk.push(piece);
                 at = from.get(&pieces[piece].to).copied();
             }

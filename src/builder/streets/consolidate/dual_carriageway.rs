@@ -70,7 +70,7 @@ fn neighbours(arms: &[RoadEnd], a: RoadIx, b: RoadIx) -> bool {
 }
 
 /// Crossings of the two carriageways that lie this near each other along the street, metres, are one crosswalk.
-const CROSSING_WIDE: f64 = 3.0;
+const SAME_CROSSWALK: f64 = 3.0;
 
 /// One road from two carriageways with the same first and last point; `a` is driven along its line, `b` against it.
 fn around_island(a: &Road, b: &Road) -> Option<Road> {
@@ -118,5 +118,5 @@ fn around_island(a: &Road, b: &Road) -> Option<Road> {
 /// Whether people cross both carriageways over one crosswalk.
 fn is_one_crosswalk(a: &Feature, b: &Feature) -> bool {
     let is_crossing = |one: &Feature| matches!(one.kind, FeatureKind::Crossing { .. });
-    is_crossing(a) && is_crossing(b) && (a.station - b.station).abs() < CROSSING_WIDE
+    is_crossing(a) && is_crossing(b) && (a.station - b.station).abs() < SAME_CROSSWALK
 }
