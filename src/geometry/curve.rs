@@ -1,7 +1,7 @@
 //! Smooth curves between two poses, and lines beside them.
 
 use super::pose::{MIN_SPACING, Pose, arc, density, straight, tangents};
-use super::{Point, Vector, angle_between, cross, left_of, s_curve, segment_crossing};
+use super::{Point, Polyline, Vector, angle_between, cross, left_of, s_curve, segment_crossing};
 
 /// A smooth curve from one pose to another: an arc between straight lines if the tangents meet; else an S-curve; else a cubic
 /// Bézier curve.
@@ -78,6 +78,16 @@ pub fn radius(poses: &[Pose]) -> f64 {
         (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)
     });
     bends.fold(f64::INFINITY, f64::min)
+}
+
+/// The smallest radius of a line, metres, and where it is, measured over even steps of about this length, metres. `None` for a line
+/// shorter than two steps, which has no curvature to speak of.
+pub fn tightest_bend(line: &Polyline, step: f64) -> Option<(f64, Point)> {
+    let even = line.resampled(step);
+    let length = line.length() / (even.points().len() - 1) as f64;
+    let turn = |w: &[Point]| (angle_between(w[1] - w[0], w[2] - w[1]).abs(), w[1]);
+    let sharpest = even.points().windows(3).map(turn).max_by(|a, b| a.0.total_cmp(&b.0));
+    sharpest.filter(|_| length > step / 2.0).map(|(turn, place)| (length / turn, place))
 }
 
 /// A cubic Bézier curve. `handles` are the lengths of its handles as parts of the chord.

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline, Vector, angle_between};
+use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex, tangent};
 
@@ -153,17 +153,11 @@ fn sharpest(line: &Polyline) -> Option<(f64, Point)> {
 }
 
 fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding> {
-    let line = center.resampled(CURVATURE_STEP);
-    let points = line.points();
-    let step = center.length() / (points.len() - 1) as f64;
-    let turns = turns(&line);
-    let worst = (0..turns.len()).max_by(|&a, &b| turns[a].abs().total_cmp(&turns[b].abs()))?;
-    let curvature = turns[worst].abs().to_radians() / step;
-    // A lanelet shorter than two steps has no curvature to speak of.
-    let severity = grade(curvature, params.curvature).filter(|_| step > CURVATURE_STEP / 2.0)?;
-    let message = format!("Centre line of {} bends with a radius of {:.1} m.", lane.id, 1.0 / curvature);
+    let (radius, place) = curve::tightest_bend(center, CURVATURE_STEP)?;
+    let severity = grade(1.0 / radius, params.curvature)?;
+    let message = format!("Centre line of {} bends with a radius of {radius:.1} m.", lane.id);
     let finding = Finding::new("curvature", Subject::Lanelet(lane.id.0), message);
-    Some(finding.measured(curvature, params.curvature[0], "1/m").at(Place::Point(points[worst + 1])).graded(severity))
+    Some(finding.measured(1.0 / radius, params.curvature[0], "1/m").at(Place::Point(place)).graded(severity))
 }
 
 /// Bends to and fro: the sum of all bends without the turn as a whole, and without the bends that the directions at the ends

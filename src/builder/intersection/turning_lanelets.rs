@@ -262,13 +262,14 @@ impl DrawnMovements {
         let places = |side: usize| Some(self.bounds.line(from.nodes[side], to.nodes[side])?.places(from.nodes[side]));
         let (left_line, right_line) = (places(0)?, places(1)?);
         let center = center_line(&left_line, &right_line);
+        let bend = center.as_ref().and_then(|center| curve::tightest_bend(center, BEND_STEP));
         Some(TurningLanelet {
             movement,
             lanelet,
             bounds: [left.line, right.line],
             heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
             corner: center.as_ref().map_or(0.0, |center| corner([from.pose.heading, to.pose.heading], center)),
-            radius: center.as_ref().map_or(f64::INFINITY, least_radius),
+            radius: bend.map_or(f64::INFINITY, |(radius, _)| radius),
             turn: center.map_or(0.0, |center| turned(side, &center)),
             outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
             kind,
@@ -279,15 +280,6 @@ impl DrawnMovements {
 /// Unit direction of a lanelet over its first metres.
 fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
-}
-
-/// The smallest radius of the middle of a lanelet, metres, measured over steps of [`BEND_STEP`].
-fn least_radius(center: &Polyline) -> f64 {
-    let line = center.resampled(BEND_STEP);
-    let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
-    let bends = chords.windows(2).map(|two| angle_between(two[0], two[1]).abs());
-    let step = center.length() / chords.len() as f64;
-    step / bends.fold(f64::MIN_POSITIVE, f64::max)
 }
 
 /// The larger jump of direction where a lanelet begins and ends between lanes of these headings, degrees. An arc that begins at a
