@@ -1,11 +1,12 @@
 //! Applies a batch of fixes, and what follows from its leading ones, to a map, and has the result judged.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::fixes_by_place::elements_of;
 use super::harmful_fixes;
 use super::judgement::{Bench, Judge, Known};
 use super::proposal::{Attempt, Mend, Proposal};
-use super::text_edits::{IdRange, TextEdits};
+use super::text_edits::{IdRange, Key, TextEdits};
 use crate::diagnostic::{Diagnostic, Fix};
 use crate::osm::{OsmData, ReadError};
 
@@ -40,7 +41,15 @@ pub fn attempt<J: Judge>(
     let mut edits = TextEdits::new(known.osm);
     edits.spare(earlier.ids.values().copied());
     let mut used = std::mem::take(&mut earlier.ids);
+    let mut led: FxHashSet<Key> = FxHashSet::default();
     let make = |one: &Proposal| {
+        // Of two that lead at one place it could not be told which one an error follows from: one waits.
+        if one.leads && !one.in_group {
+            if elements_of(one).any(|key| led.contains(&key)) {
+                return None;
+            }
+            led.extend(elements_of(one));
+        }
         let (creates, ids) = edits.apply_again(&one.fix, used.remove(&one.mend))?;
         earlier.ids.insert(one.mend.clone(), ids);
         let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();

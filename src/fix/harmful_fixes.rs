@@ -128,10 +128,12 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
             _ => verdict.divided.push(divided(group, harm, done, &shared, is_first)),
         }
     }
+    let doubtful = blamed_in_group(&errors, &fixes, done);
     for cluster in competing(&errors, &told, &fixes) {
         let harms: Vec<Harm> = cluster.iter().filter_map(|at| told.remove(at)).collect();
         let Some(harm) = harms.into_iter().reduce(Harm::and) else { continue };
         match cluster[..] {
+            [only] if doubtful.contains(&only) => verdict.leading.push(only),
             [only] => verdict.add(only, harm, leads_alone(only)),
             _ if may_lead(&cluster, &harm, attempt) => verdict.leading_together.extend(cluster),
             _ => verdict.divided.push(divided(cluster, harm, done, &own, is_first)),
@@ -208,6 +210,20 @@ fn competing(errors: &[(&Diagnostic, Vec<usize>)], told: &BTreeMap<usize, Harm>,
         _ => None,
     });
     united(clusters.collect())
+}
+
+/// The fixes of groups that are the only ones near an error although another leading fix is within reach: the error may be about
+/// what follows from that one, so that they are tried alone.
+fn blamed_in_group(errors: &[(&Diagnostic, Vec<usize>)], fixes: &ByPlace, done: &[Proposal]) -> FxHashSet<usize> {
+    let is = |at: usize, what: fn(&Proposal) -> bool| done.get(at).is_some_and(what);
+    let blamed = errors.iter().filter_map(|(error, near)| match near[..] {
+        [only] if is(only, |one| one.in_group) => {
+            let other = fixes.around(error).any(|at| at != only && is(at, |one| one.leads));
+            other.then_some(only)
+        }
+        _ => None,
+    });
+    blamed.collect()
 }
 
 /// How likely each fix is the cause of errors: an error counts more if fewer fixes are near it.

@@ -8,8 +8,9 @@ use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 /// Side of the squares (m) into which the map is divided.
 const SQUARE: f64 = 15.0;
 
-/// Elements up to so many squares from a square with a change are near: at least 60 m.
-const NEAR: i64 = 4;
+/// Elements up to so many squares from a square with a change are near: at least 30 m. What is found farther away shows when the map is
+/// judged as a whole in the end.
+const NEAR: i64 = 2;
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
