@@ -8,7 +8,7 @@ use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::lane_ends::sidewalk;
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
-use crate::builder::network::road_end::{from_cut, on_cut};
+use crate::builder::network::road_end::{at_depth, from_cut, on_cut};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{SIDEWALK, StripKind};
 use crate::geometry::{Point, Vector, left_of, polygon};
@@ -63,7 +63,7 @@ pub fn walkways(
             let public = (!is_private(other)).then_some(intersection.arms[other]);
             sidewalk_end(network, lanes, public?, next)
         });
-        let mapped = mapped(network.road(at.road), at.end).filter(|_| !(0..count).all(is_private));
+        let mapped = mapped(network, lanes, at).filter(|_| !(0..count).all(is_private));
         let leads = |path: &&TurningLanelet| path.movement.from == arm || path.movement.to == arm;
         let mut reached: Vec<Outlined> = paths.iter().filter(leads).map(|p| outlined(assembly, p.lanelet)).collect();
         let beside_arms = shape(&ends, &reached);
@@ -115,9 +115,16 @@ fn sidewalk_end(network: &RoadNetwork, lanes: &Lanes, at: RoadEnd, next: bool) -
     Some(SidewalkEnd { place, ahead, width: (a - b).abs() })
 }
 
-/// The begin of the crossing of a mapped sidewalk over a road; it runs straight across, as crosswalks do.
-fn mapped(road: &Road, end: End) -> Option<SidewalkEnd> {
-    let station = sidewalk(road, end)?;
+/// The begin of the crossing of a mapped sidewalk over a road; it runs straight across, as crosswalks do. On a short road it lies so far
+/// from the other end that it keeps clear of the lanelets of the intersection there.
+fn mapped(network: &RoadNetwork, lanes: &Lanes, at: RoadEnd) -> Option<SidewalkEnd> {
+    let road = network.road(at.road);
+    let mut station = sidewalk(road, at.end)?;
+    let other = RoadEnd { end: at.end.other(), ..at };
+    if let Some((cut, _)) = cut(road, lanes, other) {
+        let depth = from_cut([cut; 2], other.end, station).max(SIDEWALK / 2.0);
+        station = at_depth([cut; 2], other.end, depth).clamp(0.0, road.line.length());
+    }
     Some(SidewalkEnd { place: road.line.at(station), ahead: left_of(road.line.direction(station)), width: SIDEWALK })
 }
 

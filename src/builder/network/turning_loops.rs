@@ -7,9 +7,9 @@ use crate::geometry::polygon::signed_area;
 
 use super::{Road, RoadIx, RoadNetwork};
 
-/// A loop with a smaller mean radius of its middle, metres, leaves a car that drives on its inner lane less than the 4 m on which
-/// it can turn.
-const TWO_LANES: f64 = 5.5;
+/// A loop with a smaller mean radius of its middle, metres, has no room for two lanes between the places where cars turn into it and
+/// out of it.
+const TWO_LANES: f64 = 7.5;
 /// A longer loop, metres, is a street with a narrow middle and no place to turn.
 const LONGEST: f64 = 100.0;
 

@@ -1,12 +1,14 @@
 //! The setbacks of dead ends from carriageways beside which they end, to which OpenStreetMap does not connect them.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, on_cut};
-use crate::builder::network::{Road, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::spatial_hash::SpatialHash;
-use crate::geometry::{Point, polygon};
+use crate::geometry::{Point, Polyline, polygon};
 use crate::parallel::Finely;
 
 use super::turn_setback::EndSetbacks;
@@ -19,6 +21,8 @@ const BESIDE: f64 = 0.5;
 const MOST: f64 = 6.0;
 /// ... and the step, metres, by which it is sought.
 const STEP: f64 = 0.5;
+/// A road that ends beside itself has led around a loop that is longer, metres, than this and its width.
+const LOOP_LEAST: f64 = 20.0;
 /// Cells of this side, metres, hold the ground around dead ends.
 const CELL: f64 = 20.0;
 
@@ -45,10 +49,20 @@ pub fn dead_end_setbacks(network: &RoadNetwork, least: &[Stations]) -> EndSetbac
 
 /// The least setback, metres, by which a dead end keeps clear of the roads near it; `None` without one, and where it is zero.
 fn clear_setback(network: &RoadNetwork, least: &[Stations], at: RoadEnd, near: &FxHashSet<RoadIx>) -> Option<f64> {
-    let level = network.road(at.road).level;
+    let own = network.road(at.road);
     let others = near.iter().filter(|road| **road != at.road).map(|road| network.road(*road));
-    let others: Vec<&Road> = others.filter(|road| road.level == level).collect();
-    let covered = |place: &Point| others.iter().any(|road| road.line.distance(*place) < road.half_width());
+    let others =
+        others.filter(|road| road.level == own.level).map(|road| (Cow::Borrowed(&road.line), road.half_width()));
+    // A road can lead around a loop and end beside itself.
+    let length = own.line.length();
+    let far = at_depth([0.0, length], at.end, LOOP_LEAST + own.section.width());
+    let rest = match at.end {
+        End::Start => own.line.cut(far, length),
+        End::End => own.line.cut(0.0, far),
+    };
+    let others: Vec<(Cow<Polyline>, f64)> =
+        others.chain(rest.map(|line| (Cow::Owned(line), own.half_width()))).collect();
+    let covered = |place: &Point| others.iter().any(|(line, half)| line.distance(*place) < *half);
     let mut steps = (0..).map(|i| STEP * f64::from(i)).take_while(|setback| *setback <= MOST);
     let clear = steps.find(|setback| !ground_ahead(network, least, at, *setback).iter().any(covered))?;
     (clear > 0.0).then_some(clear)
