@@ -15,7 +15,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::unreachable_lanes::{direct_single_track, end_road_without_turns};
+use crate::builder::network::unreachable_lanes::{direct_half_served, end_road_without_turns};
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{
     ConsolidateOptions, MergeNote, MergeReason, absorb_roads, crowded_accesses, crowds, without_roads,
@@ -132,7 +132,7 @@ impl LayoutLoop<'_> {
             if let Some(anew) = self.without_useless_merges() {
                 return ControlFlow::Continue(self.begun_anew(&before, anew));
             }
-            let directed = self.direct_single_tracks();
+            let directed = self.direct_half_served_roads();
             if !directed.is_empty() {
                 self.layout.redraw(&directed);
                 return ControlFlow::Continue(self);
@@ -249,12 +249,12 @@ impl LayoutLoop<'_> {
         changed
     }
 
-    /// Takes the direction from single tracks that no lanelet serves at an end. Gives these roads, in order.
-    fn direct_single_tracks(&mut self) -> Vec<RoadIx> {
+    /// Takes the direction from roads that no lanelet serves at an end. Gives these roads, in order.
+    fn direct_half_served_roads(&mut self) -> Vec<RoadIx> {
         let mut directed = BTreeSet::new();
         for (at, away) in half_served_ends(&self.layout) {
             let Layout { network, restrictions, .. } = &mut self.layout;
-            if let Some(note) = direct_single_track(network, restrictions, at, away) {
+            if let Some(note) = direct_half_served(network, restrictions, at, away) {
                 self.road_notes.push(note);
                 directed.insert(at.road);
             }

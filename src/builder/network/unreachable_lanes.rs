@@ -178,18 +178,28 @@ pub fn end_road_without_turns(
     if !notes.is_empty() && detach(network, kept, at) { notes } else { Vec::new() }
 }
 
-/// Takes a direction from a single track for which no lanelet leads to it at its end (`away`) or from it, though one does for the other
-/// direction. With a note; `None` where the road is no single track.
-pub fn direct_single_track(
+/// Takes from a road the direction for which no lanelet leads to it at its end (`away`) or from it, though one does for the other
+/// direction. With a note; `None` where a road with lanes for either direction stays as it is: what keeps vehicles from turning there
+/// is the streets, and not only the room.
+pub fn direct_half_served(
     network: &mut RoadNetwork,
     restrictions: &ResolvedRestrictions,
     at: RoadEnd,
     away: bool,
 ) -> Option<Finding> {
-    let strip = two_way_strip(network, at.road).filter(|_| network.road(at.road).section.driven().count() == 1)?;
-    let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Angle);
-    let note = ClosedLanes { at, travel: travel(at.end, away), why, whole_end: false }.note(network);
-    network.roads[at.road].section.strips[strip].travel = travel(at.end, !away);
+    let single = two_way_strip(network, at.road).filter(|_| network.road(at.road).section.driven().count() == 1);
+    let closed = closed_by(network, restrictions, at, away);
+    if single.is_none() && closed.is_some() {
+        return None;
+    }
+    let (lost, left) = (travel(at.end, away), travel(at.end, !away));
+    let why = closed.unwrap_or(ClosedBy::Angle);
+    let note = ClosedLanes { at, travel: lost, why, whole_end: false }.note(network);
+    let strips = &mut network.roads[at.road].section.strips;
+    match single {
+        Some(strip) => strips[strip].travel = left,
+        None => strips.retain(|strip| !(strip.kind.is_driven() && strip.travel == lost)),
+    }
     Some(note)
 }
 

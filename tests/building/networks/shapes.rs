@@ -42,7 +42,8 @@ fn a_turn_around_a_small_loop_may_be_missing() {
             (7, -7.2, -7.2, ""),
         ];
         let ways: [(i64, &[i64]); 2] = [(12, &[2, 1]), (13, &[1, 3, 4, 5, 6, 7, 1])];
-        let Built { map, settings, .. } = built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
+        let xml = network(side, &nodes, &ways, "highway=residential lanes=2 oneway=no");
+        let Built { map, settings, .. } = built(&xml, side, "");
         let turning = map.lanelets.iter().filter(|one| one.attributes.get("intersection_area").is_some()).count();
         assert_eq!(turning, 4, "{side:?}: two onto the loop and two off it; there is no room to go around again");
         let missed = found(&map, &settings).into_iter().filter(|code| code == "vm-03-04/movement-missing").count();
@@ -110,9 +111,31 @@ fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
 }
 
 #[test]
+fn a_road_that_leads_around_a_loop_ends_before_its_own_carriageway() {
+    for side in SIDES {
+        for gap in [3.0, 4.5] {
+            let nodes =
+                [(1, 0.0, 0.0, ""), (2, 100.0, 0.0, ""), (3, 100.0, 60.0, ""), (4, 40.0, 60.0, ""), (5, 40.0, gap, "")];
+            let xml = network(side, &nodes, &[(11, &[1, 2, 3, 4, 5])], "highway=residential lanes=2");
+            let built = built(&xml, side, "");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(found.is_empty(), "{side:?} {gap}: {found:?}");
+            let farthest = |axis: usize| {
+                let corners = built.map.lanelets.iter().flat_map(|lanelet| built.map.outline(lanelet));
+                corners
+                    .map(|corner| corner[axis])
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], c| [a.min(c), b.max(c)])
+            };
+            let [width, height] = [0, 1].map(|axis| farthest(axis)[1] - farthest(axis)[0]);
+            assert!(width > 95.0 && height > 60.0, "{side:?} {gap}: {width} m by {height} m");
+        }
+    }
+}
+
+#[test]
 fn a_place_to_turn_around_that_lies_inside_its_intersection_is_left_out() {
     for side in SIDES {
-        for (radius, roads) in [(4.0, 1), (12.0, 2)] {
+        for (radius, roads) in [(4.0, 1), (6.5, 2), (12.0, 2)] {
             let place = |i: usize| {
                 let angle = std::f64::consts::TAU * i as f64 / 12.0;
                 (1 + i as i64, radius * angle.cos(), radius * angle.sin(), "")

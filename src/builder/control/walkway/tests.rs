@@ -100,3 +100,39 @@ fn a_sidewalk_mapped_as_a_way_of_its_own_crosses_a_driveway() {
         assert!((middle - axis - depth).abs() < 0.2, "{} m from the middle of the street", middle - axis);
     }
 }
+
+#[test]
+fn a_walkway_on_a_short_road_keeps_clear_of_the_intersection_behind_it() {
+    let mut found = 0;
+    for length in [19.0, 20.0, 21.0, 22.0, 23.0, 24.0] {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, 0.0, length, ""),
+            (5, 0.0, length / 2.0 + 0.5, ""),
+            (6, -50.0, length / 2.0 + 0.5, ""),
+            (7, 50.0, length / 2.0 + 0.5, ""),
+            (8, -80.0, length, ""),
+            (9, 80.0, length, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 4] = [
+            (10, &[2, 1, 3], "highway=primary lanes=6"),
+            (11, &[1, 5, 4], "highway=service service=driveway"),
+            (12, &[6, 5, 7], "highway=footway footway=sidewalk"),
+            (13, &[8, 4, 9], "highway=residential lanes=2 sidewalk=separate"),
+        ];
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(DrivingSide::Right) }).map;
+        for walkway in of_subtype(&map, "walkway") {
+            found += 1;
+            let outline = map.outline(walkway);
+            let element =
+                map.regulatory_elements.iter().find(|it| it.lanelets("refers").any(|id| id == walkway.id)).unwrap();
+            for lane in of_subtype(&map, "road") {
+                let crosses = polygon::common_area(&map.outline(lane), &outline) > 0.01;
+                assert_eq!(lane.regulatory_elements.contains(&element.id), crosses, "{length} m: {}", lane.id);
+            }
+        }
+    }
+    assert!(found > 0);
+}

@@ -10,6 +10,8 @@ const COMFORT: f64 = 12.0;
 const DEVIATION: f64 = 0.8;
 /// Least radius as a multiple of half the road's width: the inner edge keeps a radius of its own.
 pub const TIGHTEST: f64 = 1.1;
+/// Least radius of the inner edge of a bend, metres, if the line has room for it: Lanelet2's own checks want one metre.
+const INNER_RADIUS: f64 = 1.25;
 /// Share of a segment that each of its two corners may use.
 const SHARE: f64 = 0.5;
 /// Least length of an inner edge as a share of its segment.
@@ -24,7 +26,7 @@ pub fn eased(line: &Polyline, half: f64) -> Polyline {
     let mut eased = vec![points[0]];
     for (i, w) in points.windows(3).enumerate() {
         let room = room(&points, i + 1);
-        eased.extend(arc(w[0], w[1], w[2], room, tightest));
+        eased.extend(arc(w[0], w[1], w[2], room, tightest.max(half + INNER_RADIUS)));
     }
     eased.push(points[points.len() - 1]);
     Polyline::new(with_inner_edges(eased, half)).unwrap_or_else(|| line.clone())
@@ -101,14 +103,14 @@ fn tangent(a: Point, b: Point, c: Point, radius: f64) -> f64 {
 }
 
 /// The points of the arc at corner `b`, a fillet.
-fn arc(a: Point, b: Point, c: Point, room: f64, tightest: f64) -> Vec<Point> {
+fn arc(a: Point, b: Point, c: Point, room: f64, wanted: f64) -> Vec<Point> {
     let turn = angle_between(b - a, c - b);
     let half_turn = turn.abs() / 2.0;
     if half_turn * 2.0 <= STEP {
         return vec![b];
     }
     let off_corner = 1.0 / half_turn.cos() - 1.0;
-    let radius = COMFORT.min(DEVIATION / off_corner).max(tightest).min(room / half_turn.tan());
+    let radius = COMFORT.min(DEVIATION / off_corner).max(wanted).min(room / half_turn.tan());
     let (u, v) = ((b - a).normalize(), (c - b).normalize());
     let begin = b - u * (radius * half_turn.tan());
     let centre = begin + left_of(u) * (radius * turn.signum());
@@ -146,10 +148,22 @@ mod tests {
     fn a_right_angle_becomes_an_arc() {
         let bend = eased(&line(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)]), 4.0);
         assert!(sharpest(&bend) <= STEP + 1e-9);
-        assert!(bend.distance(Point::new(30.0, 0.0)) < 2.0);
+        assert!(bend.distance(Point::new(30.0, 0.0)) < (4.0 + INNER_RADIUS) * 0.415);
         let inner = bend.offset(4.0, 2.0).unwrap();
         assert!(inner.points().windows(2).all(|w| (w[1] - w[0]).dot(&(w[1] - w[0])) > 0.0));
         assert_eq!((bend.first(), bend.last()), (Point::new(0.0, 0.0), Point::new(30.0, 30.0)));
+    }
+
+    #[test]
+    fn the_inner_edge_of_a_bend_has_a_radius_of_its_own() {
+        for (half, turned) in [(1.5, 90.0_f64), (3.0, 90.0), (3.0, 140.0), (6.0, 120.0)] {
+            let onward = nalgebra::Rotation2::new(turned.to_radians()) * crate::geometry::Vector::new(60.0, 0.0);
+            let corner = Point::new(60.0, 0.0);
+            let bend = eased(&Polyline::new([Point::origin(), corner, corner + onward]).unwrap(), half);
+            let radius = |w: &[Point]| (w[1] - w[0]).norm() / angle_between(w[1] - w[0], w[2] - w[1]).abs();
+            let tightest = bend.points()[1..].windows(3).map(radius).fold(f64::INFINITY, f64::min);
+            assert!(tightest - half > 1.0, "{half} m: {tightest} m");
+        }
     }
 
     #[test]
