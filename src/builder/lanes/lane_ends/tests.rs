@@ -175,7 +175,8 @@ fn no_cut_lies_in_a_bend_or_just_before_one() {
     assert_eq!(cut([5.0, length - 5.0], [0.0; 2]), [5.0, length - 5.0], "straight on");
     assert_eq!(cut([5.0, 51.0], [0.0; 2]), [5.0, 50.0], "up the road, before the bend");
     assert_eq!(cut([5.0, 51.0], [0.0, length - 60.0]), [5.0, 50.0], "the setback may grow");
-    let near = |place: f64, firm: f64, wanted: f64| (cut([place, 85.0], [firm, 0.0])[0] - wanted).abs() < 1e-9;
-    assert!(near(47.1, 0.0, 46.6), "back, where that is nearer");
-    assert!(near(48.8, 48.8, 50.3), "but not where lanelets lie over the road");
+    let near = |kept, firm: f64, wanted: f64| (cut(kept, [firm, 0.0])[0] - wanted).abs() < 1e-9;
+    assert!(near([47.1, 85.0], 0.0, 50.1), "up the road, to where it goes on straight");
+    assert!(near([47.1, 51.0], 0.0, 46.6), "back, where there is no room");
+    assert!(near([48.8, 85.0], 48.8, 50.3), "but not where lanelets lie over the road");
 }
