@@ -198,7 +198,11 @@ pub fn direct_half_served(
     let strips = &mut network.roads[at.road].section.strips;
     match single {
         Some(strip) => strips[strip].travel = left,
-        None => strips.retain(|strip| !(strip.kind.is_driven() && strip.travel == lost)),
+        None => {
+            strips.retain(|strip| !(strip.kind.is_driven() && strip.travel == lost));
+            let both = strips.iter_mut().filter(|strip| strip.kind.is_driven() && strip.travel == Travel::Both);
+            both.for_each(|strip| strip.travel = left);
+        }
     }
     Some(note)
 }
