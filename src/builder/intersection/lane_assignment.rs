@@ -174,6 +174,7 @@ fn sideways(from: &ArmLane, to: &ArmLane) -> f64 {
 fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> (Vec<Vec<usize>>, Vec<usize>) {
     let mut goals = single_goals(lanes, targets);
     let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
+    go_straight_on_to_all(&mut goals, lanes, targets, &room);
     let untold: Vec<bool> = lanes.iter().map(|(_, lane)| is_untold(lane, targets)).collect();
     while let Some((lane, target)) = crossing_goal(&goals, targets, &room, &untold) {
         goals[lane].retain(|&t| t != target);
@@ -185,6 +186,29 @@ fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKi
         goals[lane].push(beside);
     }
     (goals, given_up)
+}
+
+/// Where several roads go straight on, and the lanes marked to do so are more than the nearest of them takes, they are for those to which
+/// no arrow leads, too. `room` is the number of lanes of each target.
+fn go_straight_on_to_all(
+    goals: &mut [Vec<usize>],
+    lanes: &[(usize, &ArmLane)],
+    targets: &[TurnTarget],
+    room: &[usize],
+) {
+    let ahead = |t: usize| targets[t].arrow_turn.abs();
+    let Some(nearest) = (0..targets.len()).min_by(|a, b| ahead(*a).total_cmp(&ahead(*b))) else { return };
+    let through = |i: &usize| lanes[*i].1.arrows.has(Arrows::THROUGH) && goals[*i].contains(&nearest);
+    let through: Vec<usize> = (0..lanes.len()).filter(through).collect();
+    let is_untold = |t: &usize| goals.iter().all(|of| !of.contains(t));
+    let others = (0..targets.len()).filter(|&t| t != nearest && ahead(t) <= STRAIGHT && !targets[t].turns_back());
+    let others: Vec<usize> = others.filter(is_untold).collect();
+    if through.len() > room[nearest] {
+        for lane in through {
+            goals[lane].extend(&others);
+            goals[lane].sort_unstable();
+        }
+    }
 }
 
 /// A lane that crosses several others, and the target to which the one beside it leads: the arrow of such a lane is meant for another

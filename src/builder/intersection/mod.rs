@@ -9,6 +9,7 @@ pub mod movement;
 pub mod movement_types;
 pub mod roundabout;
 pub(crate) mod shared_bounds;
+pub mod street_path;
 pub mod turn_centerline;
 pub mod turn_direction;
 pub mod turning_lanelets;

@@ -1,9 +1,9 @@
 //! The movements of an intersection: which arm leads to which.
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
-use crate::builder::network::Intersection;
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::turn;
+use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
@@ -11,7 +11,8 @@ use crate::geometry::{angle_between, cross, curve};
 
 use super::lane_assignment::{assign_lanes, lead_on, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
-use super::turn_centerline::common_ground;
+use super::street_path::{SWAY_MOST, StreetPaths, sway, turned};
+use super::turn_centerline::{MovementEnds, common_ground};
 
 /// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
@@ -29,15 +30,16 @@ const TIGHTEST_ONLY: f64 = 1.0 / 2.5;
 
 /// Finds the movements of an intersection.
 pub fn movements(
-    side: DrivingSide,
+    network: &RoadNetwork,
     restrictions: &ResolvedRestrictions,
     lanes: &Lanes,
     intersection: &Intersection,
 ) -> Movements {
+    let (side, paths) = (network.side, StreetPaths { network, intersection });
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut targets: Vec<Vec<TurnTarget>> =
         (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, &arms, from)).collect();
-    let mut u_turns = remove_u_turns(side, &arms, &mut targets);
+    let mut u_turns = remove_u_turns(paths, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
     let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     // If no arrow leads to an arm, the arrows of the approach that leads to it most directly belong to another intersection: lanes
@@ -48,15 +50,17 @@ pub fn movements(
         missed.into_iter().for_each(|from| with_arrows[from] = false);
         all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     }
-    u_turns.retain(|turn| has_room_beside(&arms, &all, turn));
+    u_turns.retain(|turn| has_room_beside(paths, &arms, &all, turn));
     let tighter = u_turns.iter().filter_map(|turn| tighter_u_turn(side, &arms, &all, turn)).collect::<Vec<_>>();
+    let u_turn_arms = u_turns.iter().map(|turn| (turn.from, turn.to)).collect();
     all.extend(u_turns.into_iter().chain(tighter));
+    reach_all(&arms, &mut all, &[]);
     all.sort_unstable();
     all.dedup();
     let pairs = (0..arms.len()).flat_map(|from| (0..arms.len()).map(move |to| (from, to)));
     let could = |(from, to): &(usize, usize)| from != to && !arms[*from].into.is_empty() && !arms[*to].out.is_empty();
     let prohibited = pairs.filter(could).filter(|pair| all.iter().all(|m| (m.from, m.to) != *pair)).collect();
-    Movements { all, prohibited }
+    Movements { all, prohibited, u_turns: u_turn_arms }
 }
 
 /// The movements without those for which there is no room. A lane to which no movement is left is reached by a movement beside it,
@@ -112,7 +116,7 @@ fn straightest_approach(targets: &[Vec<TurnTarget>], to: usize) -> Option<usize>
 
 /// Removes the targets of U-turns, of hairpins without room, and of turns that lead around a loop again. A target stays if an arrow
 /// leads there, if there is no other target, or if no other arm leads there. Gives the U-turns for which a median leaves room.
-fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
+fn remove_u_turns(paths: StreetPaths, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
     let mut u_turns = Vec::new();
     let closed = |from: usize, target: &TurnTarget| {
         target.turns_back() || is_tight_hairpin(arms[from], target) || is_around_again(arms[from], target)
@@ -128,7 +132,7 @@ fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarge
             target.turns_back()
                 || closed(from, target) && entered.contains(&target.to) && !is_around_again(arms[from], target)
         });
-        u_turns.extend(back.filter_map(|target| u_turn(side, from, arms[from], target)));
+        u_turns.extend(back.filter_map(|target| u_turn(paths, from, arms[from], target)));
         open.retain(|target| !(closed(from, target) && entered.contains(&target.to)));
     }
     u_turns
@@ -145,30 +149,51 @@ fn is_around_again(arm: &Arm, target: &TurnTarget) -> bool {
     arm.at.road == target.arm.at.road && !arm.out.is_empty() && !target.arm.into.is_empty()
 }
 
-/// The U-turn around the end of a median, or the turn into a road that leaves at an acute angle: from the lane on the far side
-/// to the first lane that is far enough from it, unless an arrow leads elsewhere.
-fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
-    let (far, turns) = match side {
-        DrivingSide::Right => (1.0, Arrows::LEFT),
-        DrivingSide::Left => (-1.0, Arrows::RIGHT),
-    };
+/// The U-turn around the end of a median or over a link, or the turn into a road that leaves at an acute angle: across the oncoming
+/// traffic if there is room, else to the near side.
+fn u_turn(paths: StreetPaths, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
+    let mut sides = [(1.0, Arrows::LEFT), (-1.0, Arrows::RIGHT)];
+    if paths.network.side == DrivingSide::Left {
+        sides.reverse();
+    }
+    // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that.
+    let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
+    let free = !told && arm.at.road != target.arm.at.road;
+    let mut turns = sides.into_iter().filter(|_| free).filter_map(|toward| u_turn_toward(paths, toward, arm, target));
+    turns.next().map(|[in_lane, out_lane]| Movement { from, to: target.to, in_lane, out_lane })
+}
+
+/// The lanes of a U-turn to one side, left positive, unless an arrow leads elsewhere than these: from the lane on that side to the first
+/// lane that is far enough from it, or along the streets to the first lane.
+fn u_turn_toward(
+    paths: StreetPaths,
+    (toward, turns): (f64, Arrows),
+    arm: &Arm,
+    target: &TurnTarget,
+) -> Option<[usize; 2]> {
     let driven = |lanes: &[ArmLane]| -> Vec<(usize, ArmLane)> {
         let mut found: Vec<_> = lanes.iter().copied().enumerate().filter(|(_, l)| l.kind == StripKind::Drive).collect();
-        if side == DrivingSide::Left {
+        if toward < 0.0 {
             found.reverse();
         }
         found
     };
     let (in_lane, into) = driven(&arm.into).first().copied()?;
+    let aside = |out: &ArmLane| toward * cross(into.pose.heading, out.pose.point - into.pose.point) > 0.0;
     let room = |out: &ArmLane| {
-        let across = far * cross(into.pose.heading, out.pose.point - into.pose.point);
-        across > 0.0 && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
+        let poses = curve::join(into.pose, out.pose);
+        is_gentle(&poses, TIGHTEST_BACK) && sway(&poses) <= SWAY_MOST
     };
-    let (out_lane, _) = driven(&target.arm.out).into_iter().find(|(_, out)| room(out))?;
-    // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that.
-    let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
-    let free = !told && (into.arrows.is_none() || into.arrows.has(turns));
-    (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
+    let out: Vec<(usize, ArmLane)> = driven(&target.arm.out).into_iter().filter(|(_, out)| aside(out)).collect();
+    let along = || {
+        let first = out.first().filter(|(_, out)| {
+            let poses = paths.between([arm.at, target.arm.at], [into.pose, out.pose]);
+            poses.is_some_and(|poses| toward * turned(&poses) > 0.0)
+        });
+        first.copied()
+    };
+    let (out_lane, _) = out.iter().find(|(_, out)| room(out)).copied().or_else(along)?;
+    (into.arrows.is_none() || into.arrows.has(turns)).then_some([in_lane, out_lane])
 }
 
 /// The same U-turn to the lane beside it at the median, if no movement leads to that lane: such a U-turn may be tighter.
@@ -181,10 +206,26 @@ fn tighter_u_turn(side: DrivingSide, arms: &[&Arm], all: &[Movement], turn: &Mov
 }
 
 /// Whether a U-turn keeps clear of the movements from the lanes beside it.
-fn has_room_beside(arms: &[&Arm], all: &[Movement], turn: &Movement) -> bool {
+fn has_room_beside(paths: StreetPaths, arms: &[&Arm], all: &[Movement], turn: &Movement) -> bool {
     let ends = |m: &Movement| (*m, &arms[m.from].into[m.in_lane], &arms[m.to].out[m.out_lane]);
     let beside = |m: &&Movement| m.from == turn.from && m.in_lane.abs_diff(turn.in_lane) == 1;
-    all.iter().filter(beside).all(|other| common_ground([ends(turn), ends(other)]) <= RUNS_INTO)
+    let around = |ends: &MovementEnds, direct: &[Pose]| along_streets(paths, arms, ends, direct);
+    all.iter().filter(beside).all(|other| common_ground([ends(turn), ends(other)], around) <= RUNS_INTO)
+}
+
+/// The way of a movement along the streets where its direct centre line is too tight, or sways.
+pub fn along_streets(
+    paths: StreetPaths,
+    arms: &[&Arm],
+    (movement, from, to): &MovementEnds,
+    direct: &[Pose],
+) -> Option<Vec<Pose>> {
+    let roads = [movement.from, movement.to].map(|arm| arms[arm].at);
+    if is_gentle(direct, TIGHTEST_BACK) && sway(direct) <= SWAY_MOST {
+        None
+    } else {
+        paths.between(roads, [from.pose, to.pose])
+    }
 }
 
 /// Whether a line of poses has at most this curvature, 1/m.

@@ -23,6 +23,8 @@ pub struct Movements {
     pub all: Vec<Movement>,
     /// Pairs of arms with lanes from the first and to the second, between which there must be none.
     pub prohibited: Vec<(usize, usize)>,
+    /// Pairs of arms between which there are U-turns, if there is room.
+    pub u_turns: Vec<(usize, usize)>,
 }
 
 /// An arm to which lanes of another may lead, as seen from that other.

@@ -73,17 +73,18 @@ impl Outline {
     }
 }
 
-/// Area in square metres that the lanelets of two movements cover both, drawn as far apart as they can be.
-pub fn common_ground(ends: [MovementEnds; 2]) -> f64 {
-    let poses = turn_centerlines(&ends, |_, _| None);
+/// Area in square metres that the lanelets of two movements cover both, drawn as far apart as they can be. See [`turn_centerlines`] for
+/// `around`.
+pub fn common_ground(ends: [MovementEnds; 2], around: impl Fn(&MovementEnds, &[Pose]) -> Option<Vec<Pose>>) -> f64 {
+    let poses = turn_centerlines(&ends, around);
     match &poses[..] {
         [a, b] => Outline::new(&ends[0], a).shared(&Outline::new(&ends[1], b)),
         _ => 0.0,
     }
 }
 
-/// The poses of all movements, in their order. `around` gives the way of a movement around the island of a roundabout instead of its
-/// direct one, if it has to go around: then its neighbours keep clear of it.
+/// The poses of all movements, in their order. `around` gives the way of a movement around the island of a roundabout or along the
+/// streets instead of its direct one, if it has to go around: then its neighbours keep clear of it.
 pub fn turn_centerlines(
     ends: &[MovementEnds],
     around: impl Fn(&MovementEnds, &[Pose]) -> Option<Vec<Pose>>,

@@ -23,9 +23,11 @@ use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
 use crate::lanelet::index::{HEADING_REACH, center_line, tangent};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
+use super::movement::along_streets;
 use super::movement_types::Movement;
 use super::roundabout::CirculatingRing;
 use super::shared_bounds::{PreferredBounds, SmoothBounds, keep_width, smooth_bounds};
+use super::street_path::StreetPaths;
 use super::turn_centerline::{MovementEnds, turn_centerlines};
 use bounds::BoundLine;
 
@@ -105,10 +107,12 @@ pub fn turning_lanelets(
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let ends = |m: &Movement| Some((*m, arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
     let ends: Vec<MovementEnds> = movements.iter().filter_map(ends).collect();
-    let ring = CirculatingRing::of(intersection);
-    let around = |(movement, from, to): &MovementEnds, direct: &[Pose]| {
+    let (ring, paths) = (CirculatingRing::of(intersection), StreetPaths { network, intersection });
+    let around = |ends: &MovementEnds, direct: &[Pose]| {
+        let (movement, from, to) = ends;
         let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
-        ring.as_ref()?.around(roads, [from.pose, to.pose], direct)
+        let island = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], direct));
+        island.or_else(|| along_streets(paths, &arms, ends, direct))
     };
     let centerlines = ends.iter().copied().zip(turn_centerlines(&ends, around));
     let tags = VehicleTags { network, lanes, arms: &arms, paint: paint(intersection), known: RefCell::default() };

@@ -27,6 +27,7 @@ use turn_setback::add_comfort;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
+use std::ops::RangeInclusive;
 
 pub use required_setback::RequiredSetbacks;
 
@@ -345,10 +346,10 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
 fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
     const STRAIGHT: f64 = HEADING_REACH;
-    /// ... or bends by no more than the first of these, degrees, if the cut moves up the road by no more than this, metres, or else by no
-    /// more than the next ones, however it moves, ...
-    const BENDS_MOST: [(f64, [f64; 2]); 3] = [(5.0, [0.0, 3.0]), (10.0, ANYWHERE), (20.0, ANYWHERE)];
-    const ANYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+    /// ... or bends by no more than this, degrees, where the cut moves up the road by this, metres. The first that some place keeps
+    /// counts: a short way to a straight road is worth it, a longer one only where the bend is sharp.
+    const BENDS_MOST: [(f64, RangeInclusive<f64>); 3] = [(5.0, 0.0..=3.0), (10.0, ANYWHERE), (20.0, ANYWHERE)];
+    const ANYWHERE: RangeInclusive<f64> = f64::NEG_INFINITY..=f64::INFINITY;
     /// ... and over half its width by no more than this: beyond it nothing is left of the edge on the inside.
     const INNER_BEND_MOST: f64 = 40.0;
     /// A cut moves by at most this, metres, or out of a right angle as tight as the road can bend, ...
@@ -367,8 +368,8 @@ fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: St
         let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
         let is_clear =
             |depth: f64, most: f64| bend([depth, STRAIGHT]) <= most && bend([depth, half]) <= INNER_BEND_MOST;
-        let nearest = |(most, [from, to]): &(f64, [f64; 2])| {
-            both_ways.clone().find(|depth| (*from..=*to).contains(depth) && is_clear(*depth, *most))
+        let nearest = |(most, moves): &(f64, RangeInclusive<f64>)| {
+            both_ways.clone().find(|depth| moves.contains(depth) && is_clear(*depth, *most))
         };
         // A ring bends everywhere.
         let clear = BENDS_MOST.iter().skip(usize::from(road.roundabout)).find_map(nearest);

@@ -83,6 +83,8 @@ enum ClosedBy {
     Restrictions,
     /// All turns would turn back.
     Angle,
+    /// There is no room for a lanelet.
+    Room,
 }
 
 impl ClosedLanes {
@@ -95,6 +97,7 @@ impl ClosedLanes {
             ClosedBy::OneWays => "every other road there is one-way against it",
             ClosedBy::Restrictions => "restrictions forbid every turn",
             ClosedBy::Angle => "a car would have to turn back",
+            ClosedBy::Room => "there is no room for the turns",
         };
         let message = format!(
             "nobody can {verb} the lanes of way {way} {direction} its line, nodes {first} to {last}, at node {node}: {why}"
@@ -170,7 +173,7 @@ pub fn end_road_without_turns(
     at: RoadEnd,
 ) -> Vec<Finding> {
     let note = |away: bool| {
-        let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Angle);
+        let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Room);
         ClosedLanes { at, travel: travel(at.end, away), why, whole_end: true }.note(network)
     };
     let directions = [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
@@ -187,23 +190,18 @@ pub fn direct_half_served(
     at: RoadEnd,
     away: bool,
 ) -> Option<Finding> {
-    let single = two_way_strip(network, at.road).filter(|_| network.road(at.road).section.driven().count() == 1);
+    let single = two_way_strip(network, at.road).is_some() && network.road(at.road).section.driven().count() == 1;
     let closed = closed_by(network, restrictions, at, away);
-    if single.is_none() && closed.is_some() {
+    if !single && closed.is_some() {
         return None;
     }
     let (lost, left) = (travel(at.end, away), travel(at.end, !away));
-    let why = closed.unwrap_or(ClosedBy::Angle);
+    let why = closed.unwrap_or(ClosedBy::Room);
     let note = ClosedLanes { at, travel: lost, why, whole_end: false }.note(network);
     let strips = &mut network.roads[at.road].section.strips;
-    match single {
-        Some(strip) => strips[strip].travel = left,
-        None => {
-            strips.retain(|strip| !(strip.kind.is_driven() && strip.travel == lost));
-            let both = strips.iter_mut().filter(|strip| strip.kind.is_driven() && strip.travel == Travel::Both);
-            both.for_each(|strip| strip.travel = left);
-        }
-    }
+    strips.retain(|strip| !(strip.kind.is_driven() && strip.travel == lost));
+    let both = strips.iter_mut().filter(|strip| strip.kind.is_driven() && strip.travel == Travel::Both);
+    both.for_each(|strip| strip.travel = left);
     Some(note)
 }
 

@@ -247,6 +247,48 @@ fn lanes_merge_behind_the_intersection_and_not_in_it() {
 }
 
 #[test]
+fn lanes_marked_straight_on_part_to_all_roads_ahead() {
+    // Three lanes, each for one of three roads that part within 30 degrees; another road leads to all three of them, too.
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, -120.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, -40.0, 110.0, ""),
+            (4, 0.0, 120.0, ""),
+            (5, 40.0, 110.0, ""),
+            (6, -120.0, 0.0, ""),
+        ];
+        let one_way = "highway=secondary oneway=yes lanes=1";
+        let ways: [(i64, &[i64], &str); 5] = [
+            (10, &[1, 2], "highway=secondary oneway=yes lanes=3 turn:lanes=through|through|through"),
+            (11, &[2, 3], one_way),
+            (12, &[2, 4], one_way),
+            (13, &[2, 5], one_way),
+            (14, &[6, 2], one_way),
+        ];
+        let Built { map, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let of = |way: &str| -> Vec<&Lanelet> {
+            let of_way = |l: &&Lanelet| l.attributes.get("road_id").is_some_and(|id| id.starts_with(way));
+            map.lanelets.iter().filter(of_way).collect()
+        };
+        let ends = |lane: &Lanelet, first: bool| {
+            [lane.left, lane.right].map(|bound| {
+                let points = &map.linestrings.get(bound.line).unwrap().points;
+                if first == bound.inverted { points[points.len() - 1] } else { points[0] }
+            })
+        };
+        let lanes = of("10:");
+        let leads = |way: &str| {
+            let from = |l: &&Lanelet| lanes.iter().any(|lane| ends(lane, false) == ends(l, true));
+            let onto = of(way);
+            let to = |l: &&Lanelet| onto.iter().any(|lane| ends(l, false) == ends(lane, true));
+            map.lanelets.iter().filter(from).filter(to).count()
+        };
+        assert_eq!([leads("11:"), leads("12:"), leads("13:")], [1; 3], "{side:?}");
+    }
+}
+
+#[test]
 fn a_single_track_has_only_the_direction_in_which_cars_can_turn_into_it() {
     for side in SIDES {
         // A drive beside a one-way street. At its northern end cars would have to turn almost back into it.
@@ -265,7 +307,7 @@ fn a_single_track_has_only_the_direction_in_which_cars_can_turn_into_it() {
         let Built { map, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
         let drive = |id: &str| id.starts_with("12:");
         let lanelets = map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(drive)).count();
-        let told = "nobody can enter the lanes of way 12 with its line, nodes 3 to 2, at node 3: a car would have to turn back";
+        let told = "nobody can enter the lanes of way 12 with its line, nodes 3 to 2, at node 3: there is no room for the turns";
         let told = notes.iter().filter(|note| note.message.ends_with(told)).count();
         assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
     }

@@ -354,7 +354,7 @@ fn an_aisle_that_no_car_can_turn_into_ends_before_the_street() {
         let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
         let found = found_of_geometry(&map, &settings);
         assert!(!found.iter().any(|code| code.starts_with("vm-03-04")), "{side:?}: {found:?}");
-        let told = "nobody can enter the lanes of way 14 with its line, nodes 1 to 5, at node 1: a car would have to turn back";
+        let told = "nobody can enter the lanes of way 14 with its line, nodes 1 to 5, at node 1: there is no room for the turns";
         assert!(notes.iter().any(|note| note.message.ends_with(told)), "{side:?}: {notes:?}");
     }
 }

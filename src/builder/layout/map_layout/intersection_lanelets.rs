@@ -180,7 +180,7 @@ impl IntersectionLanelets {
     /// Draws the lanelets of an intersection for vehicles.
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
-        let mut plan = movements(network.side, site.restrictions, lanes, intersection);
+        let mut plan = movements(network, site.restrictions, lanes, intersection);
         let mut drawing = site.draw(plan.all, Vec::new());
         if let Some(all) = movements_instead(lanes, intersection, &drawing.all, &drawing.drawn.dropped) {
             drawing = site.draw(all, drawing.drawn.dropped);
@@ -196,6 +196,9 @@ impl IntersectionLanelets {
         }
         let (drawn, part);
         Drawing { all: plan.all, drawn, part } = site.reassigned(drawing);
+        let is_drawn =
+            |turn: &(usize, usize)| drawn.paths.iter().any(|path| (path.movement.from, path.movement.to) == *turn);
+        plan.prohibited.extend(plan.u_turns.iter().filter(|turn| !is_drawn(turn)));
         Self {
             plan,
             drawn,

@@ -75,7 +75,7 @@ impl Layout {
             let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
             let asked = !redrawn.is_empty() || restricted;
             (turning.unchanged, turning.turns_asked) = (true, true);
-            (!asked || turning.plan == movements(network.side, &restrictions, &lanes, at)).then_some(turning)
+            (!asked || turning.plan == movements(&network, &restrictions, &lanes, at)).then_some(turning)
         };
         let turning = network.intersections.iter().enumerate().map(standing).collect();
         let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, needs };
