@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::builder::ids::Key;
-use crate::builder::network::road_end::{from_cut, lanes_at, leads_out, on_cut};
+use crate::builder::network::road_end::{from_cut, lanes_at, leads_in, leads_out, on_cut};
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
@@ -82,13 +82,38 @@ fn depth_of_neighbour(network: &RoadNetwork, cuts: &[RoadCut], (at, edge): EdgeA
     let place = corner(network, cuts[neighbour.0.road].kept, neighbour);
     let foot = road.line.project(place);
     let beside = foot.point + left_of(road.line.direction(foot.station)) * road.section.edge(edge);
-    let depth = from_cut(cuts[at.road].kept, at.end, foot.station);
-    let most = match (beside - place).norm() {
-        gap if gap <= GAP => LEVEL_MOST,
-        gap if gap <= MEDIAN => LEVEL_ACROSS,
+    let (depth, most) = match (beside - place).norm() {
+        gap if gap <= GAP => (from_cut(cuts[at.road].kept, at.end, foot.station), LEVEL_MOST),
+        gap if gap <= MEDIAN => {
+            let depth = depth_across_median(network, cuts, [at, neighbour.0]);
+            (depth.unwrap_or_else(|| from_cut(cuts[at.road].kept, at.end, foot.station)), LEVEL_ACROSS)
+        }
         _ => return None,
     };
     (depth.abs() > LEVEL && depth.abs() <= most).then_some(depth)
+}
+
+/// The same for the two carriageways of a street, of which one leads in and the other out: how far behind the cut of the first of these
+/// roads the other one is cut. They are level if the stop line of the approach goes on to the middle of the cut across the exit: where
+/// they lie at an angle, neither side of the exit is far from it.
+fn depth_across_median(network: &RoadNetwork, cuts: &[RoadCut], roads: [RoadEnd; 2]) -> Option<f64> {
+    let leads_in_only = roads.map(|at| leads_in(network, at) && !leads_out(network, at));
+    let leads_out_only = roads.map(|at| leads_out(network, at) && !leads_in(network, at));
+    let (sign, approach, exit) = match (leads_in_only, leads_out_only) {
+        ([true, false], [false, true]) => (-1.0, roads[0], roads[1]),
+        ([false, true], [true, false]) => (1.0, roads[1], roads[0]),
+        _ => return None,
+    };
+    let cut = |at: RoadEnd| {
+        let section = &network.road(at.road).section;
+        let (left, right) = section.carriageway();
+        let middle = f64::midpoint(section.edge(left), section.edge(right));
+        let cut = &cuts[at.road];
+        (on_cut(network.road(at.road), at.end, cut.kept[at.end], middle), cut.inward[at.end])
+    };
+    let ((stop, inward), (middle, along)) = (cut(approach), cut(exit));
+    // How far up the exit the stop line crosses its middle.
+    Some(sign * (middle - stop).dot(&inward) / along.dot(&inward))
 }
 
 /// Changes the setbacks, metres behind `least`, so that of two roads side by side neither is cut farther out than the other.

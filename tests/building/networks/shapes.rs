@@ -1,6 +1,7 @@
 //! The shapes of junctions: short roads, narrow streets, roads side by side or above each other.
 
 use lanewright::builder::Built;
+use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::polygon;
 use lanewright::lanelet::Lanelet;
 
@@ -356,5 +357,34 @@ fn an_aisle_that_no_car_can_turn_into_ends_before_the_street() {
         assert!(!found.iter().any(|code| code.starts_with("vm-03-04")), "{side:?}: {found:?}");
         let told = "nobody can enter the lanes of way 14 with its line, nodes 1 to 5, at node 1: there is no room for the turns";
         assert!(notes.iter().any(|note| note.message.ends_with(told)), "{side:?}: {notes:?}");
+    }
+}
+
+#[test]
+fn the_stop_line_of_a_carriageway_goes_on_to_the_middle_of_the_other_one() {
+    // A street parts into two carriageways, at an angle of 7 degrees, before it meets another.
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, -100.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, 0.0, 8.0, ""),
+            (4, 0.0, 100.0, ""),
+            (5, 66.0, 4.0, ""),
+            (6, 166.0, 4.0, ""),
+        ];
+        let one_way = "highway=secondary oneway=yes lanes=1";
+        let (south, north): (&[i64], &[i64]) = match side {
+            DrivingSide::Right => (&[2, 5], &[5, 3]),
+            DrivingSide::Left => (&[5, 2], &[3, 5]),
+        };
+        let ways: [(i64, &[i64], &str); 4] = [
+            (12, &[1, 2, 3, 4], "highway=secondary"),
+            (13, south, one_way),
+            (14, north, one_way),
+            (15, &[5, 6], "highway=secondary"),
+        ];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let found = found_of_geometry(&map, &settings);
+        assert!(!found.iter().any(|code| code == "vm-03-09/end-misaligned"), "{side:?}: {found:?}");
     }
 }
