@@ -2,7 +2,7 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::turn_angle::turn;
+use crate::builder::network::turn_angle::{STRAIGHT, turn};
 use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
@@ -11,11 +11,14 @@ use crate::geometry::{angle_between, cross, curve};
 
 use super::lane_assignment::{assign_lanes, lead_on, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
-use super::street_path::{SWAY_MOST, StreetPaths, sway, turned};
+use super::street_path::{RADIUS_LEAST, RADIUS_TOLD, SWAY_MOST, StreetPaths, sway, turned};
 use super::turn_centerline::{MovementEnds, common_ground};
 
 /// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
+
+/// The same for a U-turn to a lane that nothing else reaches: cuts that are set back for it give it more room.
+const TIGHTEST_ONLY: f64 = 1.0 / 2.5;
 
 /// A U-turn runs into a movement from the lane beside it if they share more ground than this, square metres.
 const RUNS_INTO: f64 = 0.2;
@@ -24,9 +27,6 @@ const RUNS_INTO: f64 = 0.2;
 const HAIRPIN: f64 = 135.0;
 /// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
-
-/// The same for a U-turn to a lane that nothing else reaches: cuts that are set back for it give it more room.
-const TIGHTEST_ONLY: f64 = 1.0 / 2.5;
 
 /// Finds the movements of an intersection.
 pub fn movements(
@@ -132,7 +132,7 @@ fn remove_u_turns(paths: StreetPaths, arms: &[&Arm], targets: &mut [Vec<TurnTarg
             target.turns_back()
                 || closed(from, target) && entered.contains(&target.to) && !is_around_again(arms[from], target)
         });
-        u_turns.extend(back.filter_map(|target| u_turn(paths, from, arms[from], target)));
+        u_turns.extend(back.filter_map(|target| u_turn(paths, from, arms[from], open, target)));
         open.retain(|target| !(closed(from, target) && entered.contains(&target.to)));
     }
     u_turns
@@ -151,23 +151,27 @@ fn is_around_again(arm: &Arm, target: &TurnTarget) -> bool {
 
 /// The U-turn around the end of a median or over a link, or the turn into a road that leaves at an acute angle: across the oncoming
 /// traffic if there is room, else to the near side.
-fn u_turn(paths: StreetPaths, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
+fn u_turn(paths: StreetPaths, from: usize, arm: &Arm, open: &[TurnTarget], target: &TurnTarget) -> Option<Movement> {
     let mut sides = [(1.0, Arrows::LEFT), (-1.0, Arrows::RIGHT)];
     if paths.network.side == DrivingSide::Left {
         sides.reverse();
     }
-    // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that.
+    // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that, or one to a side where no other road is.
     let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
-    let free = !told && arm.at.road != target.arm.at.road;
-    let mut turns = sides.into_iter().filter(|_| free).filter_map(|toward| u_turn_toward(paths, toward, arm, target));
+    let is_meant = |(toward, _): &(f64, Arrows)| {
+        !open.iter().any(|other| !other.turns_back() && toward * other.arrow_turn > STRAIGHT)
+    };
+    let may_turn = sides.into_iter().filter(|side| arm.at.road != target.arm.at.road && (!told || is_meant(side)));
+    let mut turns = may_turn.filter_map(|side| u_turn_toward(paths, side, told, arm, target));
     turns.next().map(|[in_lane, out_lane]| Movement { from, to: target.to, in_lane, out_lane })
 }
 
 /// The lanes of a U-turn to one side, left positive, unless an arrow leads elsewhere than these: from the lane on that side to the first
-/// lane that is far enough from it, or along the streets to the first lane.
+/// lane that is far enough from it, or along the streets to the first lane. Where arrows have `told` it, only along the streets.
 fn u_turn_toward(
     paths: StreetPaths,
     (toward, turns): (f64, Arrows),
+    told: bool,
     arm: &Arm,
     target: &TurnTarget,
 ) -> Option<[usize; 2]> {
@@ -182,12 +186,13 @@ fn u_turn_toward(
     let aside = |out: &ArmLane| toward * cross(into.pose.heading, out.pose.point - into.pose.point) > 0.0;
     let room = |out: &ArmLane| {
         let poses = curve::join(into.pose, out.pose);
-        is_gentle(&poses, TIGHTEST_BACK) && sway(&poses) <= SWAY_MOST
+        !told && is_gentle(&poses, TIGHTEST_BACK) && sway(&poses) <= SWAY_MOST
     };
+    let radius = if into.arrows.has(turns) { RADIUS_TOLD } else { RADIUS_LEAST };
     let out: Vec<(usize, ArmLane)> = driven(&target.arm.out).into_iter().filter(|(_, out)| aside(out)).collect();
     let along = || {
         let first = out.first().filter(|(_, out)| {
-            let poses = paths.between([arm.at, target.arm.at], [into.pose, out.pose]);
+            let poses = paths.between([arm.at, target.arm.at], [into.pose, out.pose], radius);
             poses.is_some_and(|poses| toward * turned(&poses) > 0.0)
         });
         first.copied()
@@ -221,10 +226,11 @@ pub fn along_streets(
     direct: &[Pose],
 ) -> Option<Vec<Pose>> {
     let roads = [movement.from, movement.to].map(|arm| arms[arm].at);
-    if is_gentle(direct, TIGHTEST_BACK) && sway(direct) <= SWAY_MOST {
-        None
-    } else {
-        paths.between(roads, [from.pose, to.pose])
+    let along = |radius: f64| paths.between(roads, [from.pose, to.pose], radius);
+    let tight = !from.arrows.is_none() && !is_gentle(direct, TIGHTEST_HAIRPIN);
+    match is_gentle(direct, TIGHTEST_BACK) && sway(direct) <= SWAY_MOST {
+        true => None,
+        false => along(RADIUS_LEAST).or_else(|| along(RADIUS_TOLD).filter(|_| tight)),
     }
 }
 

@@ -9,8 +9,10 @@ use crate::geometry::{Point, Polyline, Vector, angle_between, curve, line_crossi
 
 /// How tightly the way bends at the corners of the streets.
 const BENDS: Rounding = Rounding { min_radius: 4.5, easy_radius: 6.0, max_shift: 1.0 };
-/// A car follows the streets if no bend is tighter than this radius, metres.
-const RADIUS_LEAST: f64 = 4.3;
+/// A car follows the streets with ease if no bend is tighter than this radius, metres, ...
+pub const RADIUS_LEAST: f64 = 4.3;
+/// ... and at full lock, where an arrow tells it to, if none is tighter than this.
+pub const RADIUS_TOLD: f64 = 3.3;
 /// A U-turn bends to the other side by no more than this, radians (8 degrees).
 pub const SWAY_MOST: f64 = 0.14;
 /// A way that turns by more than this, radians (300 degrees), leads around a loop.
@@ -34,8 +36,8 @@ pub struct StreetPaths<'a> {
 impl StreetPaths<'_> {
     /// The poses on the way from a lane of one road, where it is cut, to a lane of another: along the lines of both lanes and, between
     /// the roads, those on the shortest way over the roads inside; or from lane to lane through the middles of the latter. The one that
-    /// sways less; `None` if the streets do not join the roads, or if a car cannot follow.
-    pub fn between(&self, [from, to]: [RoadEnd; 2], lanes: [Pose; 2]) -> Option<Vec<Pose>> {
+    /// sways less; `None` if the streets do not join the roads, or if a car cannot follow without a smaller radius than this, metres.
+    pub fn between(&self, [from, to]: [RoadEnd; 2], lanes: [Pose; 2], radius: f64) -> Option<Vec<Pose>> {
         let node = |at: RoadEnd| self.network.road(at.road).node(at.end);
         let inner = self.over_inner_roads(node(from), node(to))?;
         let mut last = self.inside(to, lanes[1].point)?;
@@ -43,7 +45,7 @@ impl StreetPaths<'_> {
         let mut way = self.inside(from, lanes[0].point)?;
         inner.iter().cloned().chain([last]).for_each(|next| join(&mut way, next));
         let ways = [poses_along(&way, lanes), poses_through(&inner, lanes)].into_iter().flatten();
-        let is_drivable = |poses: &[Pose]| curve::radius(poses) >= RADIUS_LEAST && turned(poses).abs() <= TURN_MOST;
+        let is_drivable = |poses: &[Pose]| curve::radius(poses) >= radius && turned(poses).abs() <= TURN_MOST;
         let drivable = ways.map(|poses| (sway(&poses), poses));
         let drivable = drivable.filter(|(sway, poses)| *sway <= SWAY_MOST && is_drivable(poses));
         drivable.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, poses)| poses)
@@ -209,11 +211,11 @@ mod tests {
         let (side, main) = (end(&network, 11, 2), end(&network, 10, 2));
         let intersection = network.intersection(network.intersection_at(side));
         let paths = StreetPaths { network: &network, intersection };
-        let back = paths.between([side, main], [lane(-12.0, 12.5, 1.0), lane(-12.0, 1.5, -1.0)]).unwrap();
+        let back = paths.between([side, main], [lane(-12.0, 12.5, 1.0), lane(-12.0, 1.5, -1.0)], RADIUS_LEAST).unwrap();
         let [radius, sway, turn] = measure(&back);
         assert!(radius >= RADIUS_LEAST && sway < 1.0 && (turn + 180.0).abs() < 1.0, "{radius} m, {sway}, {turn}");
         // No car follows a hairpin.
-        assert!(paths.between([side, main], [lane(-1.0, 4.0, 1.0), lane(-1.0, 1.5, -1.0)]).is_none());
+        assert!(paths.between([side, main], [lane(-1.0, 4.0, 1.0), lane(-1.0, 1.5, -1.0)], RADIUS_TOLD).is_none());
     }
 
     #[test]
@@ -225,7 +227,7 @@ mod tests {
         let at = network.intersection_at(from);
         let lanes = [lane(-10.0, 0.0, 1.0), lane(-10.0, 14.0, -1.0)];
         let alone = StreetPaths { network: &network, intersection: network.intersection(at) };
-        assert!(alone.between([from, to], lanes).is_none(), "no road leads there");
+        assert!(alone.between([from, to], lanes, RADIUS_LEAST).is_none(), "no road leads there");
         let road = network.road(link.road).clone();
         let inner = |line: Polyline, first: i64, last: i64| InnerRoad {
             key: RoadKey { first, last, ..road.key },
@@ -236,11 +238,11 @@ mod tests {
         };
         network.intersections[at].inner = vec![inner(road.line.clone(), 2, 3)];
         let paths = StreetPaths { network: &network, intersection: network.intersection(at) };
-        let [radius, sway, turn] = measure(&paths.between([from, to], lanes).unwrap());
+        let [radius, sway, turn] = measure(&paths.between([from, to], lanes, RADIUS_LEAST).unwrap());
         assert!(radius >= RADIUS_LEAST && sway < 8.0 && (turn - 180.0).abs() < 1.0, "{radius} m, {sway}, {turn}");
         // A link that leads the other way is none.
         network.intersections[at].inner = vec![inner(road.line.reversed(), 3, 2)];
         let paths = StreetPaths { network: &network, intersection: network.intersection(at) };
-        assert!(paths.between([from, to], lanes).is_none());
+        assert!(paths.between([from, to], lanes, RADIUS_LEAST).is_none());
     }
 }
