@@ -71,6 +71,31 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     Some(poses)
 }
 
+/// The smooth curves from pose to pose, each as [`join`] draws it.
+pub fn through(passed: &[Pose]) -> Vec<Pose> {
+    let mut poses: Vec<Pose> = Vec::new();
+    for pair in passed.windows(2) {
+        poses.pop();
+        poses.extend(join(pair[0], pair[1]));
+    }
+    poses
+}
+
+/// The changes of direction from pose to pose, radians, left positive.
+fn bends(poses: &[Pose]) -> impl Iterator<Item = f64> {
+    poses.windows(2).map(|w| angle_between(w[0].heading, w[1].heading))
+}
+
+/// The whole change of direction along a curve, radians, left positive.
+pub fn turned(poses: &[Pose]) -> f64 {
+    bends(poses).sum()
+}
+
+/// How much a curve bends to the other side on the way, radians.
+pub fn sway(poses: &[Pose]) -> f64 {
+    (bends(poses).map(f64::abs).sum::<f64>() - turned(poses).abs()) / 2.0
+}
+
 /// The smallest radius of a curve, metres.
 pub fn radius(poses: &[Pose]) -> f64 {
     let bends = poses.windows(2).map(|w| {

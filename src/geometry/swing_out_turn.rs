@@ -66,8 +66,7 @@ fn length(poses: &[Pose]) -> f64 {
 
 /// The sum of turns, degrees, against the main turn of a curve.
 fn swing(poses: &[Pose]) -> f64 {
-    let turns = || poses.windows(2).map(|w| angle_between(w[0].heading, w[1].heading).to_degrees());
-    (turns().map(f64::abs).sum::<f64>() - turns().sum::<f64>().abs()) / 2.0
+    curve::sway(poses).to_degrees()
 }
 
 /// A bend away from the turn, a straight line, the turn, a straight line, a bend back. All but the turn may be empty.

@@ -278,13 +278,14 @@ impl<'a> IntersectionAssembly<'a> {
     }
 }
 
-/// Pairs of arms without a movement: those that are prohibited and, if there is no room for it, the movement that leads around a
-/// loop once more.
+/// Pairs of arms without a movement: those that are prohibited and, if there is no room for them, U-turns and the movement that leads
+/// around a loop once more.
 fn prohibited(plan: &Movements, drawn: &DrawnMovements, arms: &[&Arm]) -> Vec<(usize, usize)> {
     let is_drawn = |pair: (usize, usize)| drawn.paths.iter().any(|it| (it.movement.from, it.movement.to) == pair);
     let dropped = drawn.dropped.iter().map(|it| (it.from, it.to));
     let around = dropped.filter(|&(from, to)| arms[from].at.road == arms[to].at.road && !is_drawn((from, to)));
-    let mut all: Vec<(usize, usize)> = plan.prohibited.iter().copied().chain(around).collect();
+    let no_room = plan.u_turns.iter().copied().filter(|&turn| !is_drawn(turn));
+    let mut all: Vec<(usize, usize)> = plan.prohibited.iter().copied().chain(around).chain(no_room).collect();
     all.sort_unstable();
     all.dedup();
     all

@@ -11,7 +11,7 @@ use crate::geometry::{angle_between, cross, curve};
 
 use super::lane_assignment::{assign_lanes, lead_on, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
-use super::street_path::{RADIUS_LEAST, RADIUS_TOLD, SWAY_MOST, StreetPaths, sway, turned};
+use super::street_path::{RADIUS_LEAST, RADIUS_TOLD, SWAY_MOST, StreetPaths};
 use super::turn_centerline::{MovementEnds, common_ground};
 
 /// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
@@ -186,14 +186,14 @@ fn u_turn_toward(
     let aside = |out: &ArmLane| toward * cross(into.pose.heading, out.pose.point - into.pose.point) > 0.0;
     let room = |out: &ArmLane| {
         let poses = curve::join(into.pose, out.pose);
-        !told && is_gentle(&poses, TIGHTEST_BACK) && sway(&poses) <= SWAY_MOST
+        !told && is_gentle(&poses, TIGHTEST_BACK) && curve::sway(&poses) <= SWAY_MOST
     };
     let radius = if into.arrows.has(turns) { RADIUS_TOLD } else { RADIUS_LEAST };
     let out: Vec<(usize, ArmLane)> = driven(&target.arm.out).into_iter().filter(|(_, out)| aside(out)).collect();
     let along = || {
         let first = out.first().filter(|(_, out)| {
             let poses = paths.between([arm.at, target.arm.at], [into.pose, out.pose], radius);
-            poses.is_some_and(|poses| toward * turned(&poses) > 0.0)
+            poses.is_some_and(|poses| toward * curve::turned(&poses) > 0.0)
         });
         first.copied()
     };
@@ -227,11 +227,11 @@ pub fn along_streets(
 ) -> Option<Vec<Pose>> {
     let roads = [movement.from, movement.to].map(|arm| arms[arm].at);
     let along = |radius: f64| paths.between(roads, [from.pose, to.pose], radius);
-    let tight = !from.arrows.is_none() && !is_gentle(direct, TIGHTEST_HAIRPIN);
-    match is_gentle(direct, TIGHTEST_BACK) && sway(direct) <= SWAY_MOST {
-        true => None,
-        false => along(RADIUS_LEAST).or_else(|| along(RADIUS_TOLD).filter(|_| tight)),
+    if is_gentle(direct, TIGHTEST_BACK) && curve::sway(direct) <= SWAY_MOST {
+        return None;
     }
+    let told = !from.arrows.is_none() && !is_gentle(direct, TIGHTEST_HAIRPIN);
+    along(RADIUS_LEAST).or_else(|| along(RADIUS_TOLD).filter(|_| told))
 }
 
 /// Whether a line of poses has at most this curvature, 1/m.

@@ -60,11 +60,7 @@ impl CirculatingRing {
             .chain(places.into_iter().map(|place| place.pose))
             .chain(std::iter::once(to))
             .collect();
-        let mut poses: Vec<Pose> = Vec::new();
-        for pair in passed.windows(2) {
-            poses.pop();
-            poses.extend(curve::join(pair[0], pair[1]));
-        }
+        let poses = curve::through(&passed);
         (curve::radius(&poses) >= RADIUS_LEAST).then_some(poses)
     }
 }

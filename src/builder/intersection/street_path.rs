@@ -45,8 +45,8 @@ impl StreetPaths<'_> {
         let mut way = self.inside(from, lanes[0].point)?;
         inner.iter().cloned().chain([last]).for_each(|next| join(&mut way, next));
         let ways = [poses_along(&way, lanes), poses_through(&inner, lanes)].into_iter().flatten();
-        let is_drivable = |poses: &[Pose]| curve::radius(poses) >= radius && turned(poses).abs() <= TURN_MOST;
-        let drivable = ways.map(|poses| (sway(&poses), poses));
+        let is_drivable = |poses: &[Pose]| curve::radius(poses) >= radius && curve::turned(poses).abs() <= TURN_MOST;
+        let drivable = ways.map(|poses| (curve::sway(&poses), poses));
         let drivable = drivable.filter(|(sway, poses)| *sway <= SWAY_MOST && is_drivable(poses));
         drivable.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, poses)| poses)
     }
@@ -149,27 +149,7 @@ fn poses_through(lines: &[Vec<Point>], [from, to]: [Pose; 2]) -> Option<Vec<Pose
     let middles: Vec<Pose> = lines.iter().map(middle).collect::<Option<_>>()?;
     middles.first()?;
     let passed: Vec<Pose> = std::iter::once(from).chain(middles).chain([to]).collect();
-    let mut poses: Vec<Pose> = Vec::new();
-    for pair in passed.windows(2) {
-        poses.pop();
-        poses.extend(curve::join(pair[0], pair[1]));
-    }
-    Some(poses)
-}
-
-/// The changes of direction from pose to pose, radians, left positive.
-fn bends(poses: &[Pose]) -> impl Iterator<Item = f64> {
-    poses.windows(2).map(|w| angle_between(w[0].heading, w[1].heading))
-}
-
-/// The whole change of direction along poses, radians, left positive.
-pub fn turned(poses: &[Pose]) -> f64 {
-    bends(poses).sum()
-}
-
-/// How much poses bend to the other side on the way, radians.
-pub fn sway(poses: &[Pose]) -> f64 {
-    (bends(poses).map(f64::abs).sum::<f64>() - turned(poses).abs()) / 2.0
+    Some(curve::through(&passed))
 }
 
 #[cfg(test)]
@@ -200,7 +180,7 @@ mod tests {
 
     /// The radius, the sway and the turn of a way, metres and degrees, left positive.
     fn measure(poses: &[Pose]) -> [f64; 3] {
-        [curve::radius(poses), sway(poses).to_degrees(), turned(poses).to_degrees()]
+        [curve::radius(poses), curve::sway(poses).to_degrees(), curve::turned(poses).to_degrees()]
     }
 
     #[test]

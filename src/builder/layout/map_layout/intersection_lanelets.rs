@@ -196,9 +196,6 @@ impl IntersectionLanelets {
         }
         let (drawn, part);
         Drawing { all: plan.all, drawn, part } = site.reassigned(drawing);
-        let is_drawn =
-            |turn: &(usize, usize)| drawn.paths.iter().any(|path| (path.movement.from, path.movement.to) == *turn);
-        plan.prohibited.extend(plan.u_turns.iter().filter(|turn| !is_drawn(turn)));
         Self {
             plan,
             drawn,
