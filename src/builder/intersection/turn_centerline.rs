@@ -3,12 +3,12 @@
 //! Each is drawn as smooth as it can be by itself. A lane that goes straight on for long before it turns off, or that shifts
 //! sideways, can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::{OnceCell, RefCell};
 
 use crate::builder::lanes::types::ArmLane;
 use crate::geometry::pose::Pose;
-use crate::geometry::{Point, curve, polygon, simple_ring, swing_out_turn};
+use crate::geometry::{Point, angle_between, curve, polygon, simple_ring, swing_out_turn};
 
 use super::movement_types::Movement;
 
@@ -20,6 +20,12 @@ const HANDLES: [f64; 4] = [1.0 / 3.0, 0.2, 0.6, 0.8];
 const STRAIGHT_PARTS: [f64; 3] = [0.0, 0.25, 0.5];
 /// No centre line bends more tightly than this radius, metres, only to keep clear of another.
 const RADIUS_LEAST: f64 = 6.0;
+/// A lane shifts sideways where its direction changes by no more than this, radians.
+const SHIFT_MOST: f64 = 0.5;
+/// It goes straight on this far beyond the end of another road, metres, ...
+const BEYOND: f64 = 1.0;
+/// ... if it then shifts with at least this radius, metres.
+const SHIFT_RADIUS: f64 = 12.0;
 
 /// A movement with the lanes that it joins.
 pub type MovementEnds<'a> = (Movement, &'a ArmLane, &'a ArmLane);
@@ -90,14 +96,19 @@ pub fn turn_centerlines(
     around: impl Fn(&MovementEnds, &[Pose]) -> Option<Vec<Pose>>,
 ) -> Vec<Vec<Pose>> {
     let bundles = bundles(ends);
-    let with_neighbours = |(i, direct): (usize, Vec<Pose>)| {
+    let direct = smoothest(ends, &bundles);
+    let around: Vec<Option<Vec<Pose>>> = ends.iter().zip(&direct).map(|(ends, direct)| around(ends, direct)).collect();
+    // Lanes that lead side by side go around together, or none of them does.
+    let apart: FxHashSet<usize> =
+        bundles.iter().zip(&around).filter(|(_, way)| way.is_none()).map(|(b, _)| *b).collect();
+    let with_neighbours = |(i, (direct, around)): (usize, (Vec<Pose>, Option<Vec<Pose>>))| {
         let neighbours = (0..ends.len()).filter(|&j| j != i && part(&ends[i].0, &ends[j].0)).collect();
-        let around = around(&ends[i], &direct);
+        let around = around.filter(|_| !apart.contains(&bundles[i]));
         let around_island = around.is_some();
         let shapes = vec![Some(Shape::new(around.unwrap_or(direct)))];
         TurnCenterline { shapes, around_island, chosen: 0, neighbours }
     };
-    let lines = smoothest(ends, &bundles).into_iter().enumerate().map(with_neighbours).collect();
+    let lines = direct.into_iter().zip(around).enumerate().map(with_neighbours).collect();
     let mut all = TurnCenterlines { ends, lines, shared: RefCell::default() };
     let bundle = |i: usize| (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect::<Vec<usize>>();
     for i in 0..ends.len() {
@@ -138,11 +149,42 @@ fn bundle_leads(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]
         curve::turn_leads(from.pose, to.pose, [from.straight, to.straight])
     };
     let mut of_bundles: Vec<Option<[f64; 2]>> = (0..ends.len()).map(leads).collect();
+    let beside: Vec<Option<[f64; 2]>> = (0..ends.len()).map(|i| leads_beside_ends(ends, i)).collect();
     for (i, &first) in bundles.iter().enumerate() {
         let both = of_bundles[first].zip(of_bundles[i]);
         of_bundles[first] = both.map(|([a, b], [c, d])| [a.min(c), b.min(d)]);
     }
+    for (i, &first) in bundles.iter().enumerate() {
+        if let Some([c, d]) = beside[i] {
+            let [a, b] = of_bundles[first].unwrap_or_default();
+            of_bundles[first] = Some([a.max(c), b.max(d)]);
+        }
+    }
     of_bundles
+}
+
+/// The lengths over which a lane that shifts sideways goes straight on first, and at last, so that it does not run over the ends of
+/// other roads, metres; `None` where it does not, or turns, or would bend too tightly in between.
+fn leads_beside_ends(ends: &[MovementEnds], i: usize) -> Option<[f64; 2]> {
+    let (own, from, to) = &ends[i];
+    if angle_between(from.pose.heading, to.pose.heading).abs() > SHIFT_MOST {
+        return None;
+    }
+    let ring = Outline::new(&ends[i], &curve::join(from.pose, to.pose)).ring;
+    let [low, high] = polygon::bounds(&ring)?;
+    let arms = [own.from, own.to];
+    let others = ends.iter().flat_map(|(other, into, out)| [(other.from, *into), (other.to, *out)]);
+    let places = others.filter(|(arm, _)| !arms.contains(arm)).flat_map(|(_, lane)| lane.places);
+    let within = |p: &Point| p.x > low.x && p.y > low.y && p.x < high.x && p.y < high.y;
+    let mut leads = [0.0_f64; 2];
+    for p in places.filter(within).filter(|p| polygon::contains(&ring, *p)) {
+        let before = (p - from.pose.point).dot(&from.pose.heading);
+        let after = (to.pose.point - p).dot(&to.pose.heading);
+        let (side, along) = if before < after { (0, before) } else { (1, after) };
+        leads[side] = leads[side].max(along + BEYOND);
+    }
+    let held = (leads != [0.0; 2]).then(|| curve::held(from.pose, to.pose, leads))?;
+    (curve::radius(&held) >= SHIFT_RADIUS).then_some(leads)
 }
 
 /// Whether the wide shape of a movement overlaps those from neighbouring lanes no more than its direct shape does.
@@ -315,5 +357,33 @@ mod tests {
         let turns = outlines[0].shared(&outlines[1]);
         // What remains between two cubics of unlike length is taken away where their common bound runs midway.
         assert!(turns < 4.0, "the two turns overlap by {turns} m2");
+    }
+
+    #[test]
+    fn a_lane_that_shifts_goes_straight_on_past_the_end_of_another_road() {
+        // Eastward over 60 m and 7 m to the left, where a road ends beside the way, 3 m to the left of it.
+        let (from, to, beside) = (lane(0.0, 0.0, 0.0), lane(60.0, 7.0, 0.0), lane(20.0, 3.0, 0.0));
+        let movement = |from, to| Movement { from, to, in_lane: 0, out_lane: 0 };
+        let ends = [(movement(0, 1), &from, &to), (movement(2, 1), &beside, &to)];
+        let over = |poses: &[Pose]| polygon::contains(&Outline::new(&ends[0], poses).ring, beside.places[0]);
+        assert!(over(&curve::join(from.pose, to.pose)));
+        let [poses, _] = &turn_centerlines(&ends, |_, _| None)[..] else { panic!("two movements") };
+        assert!(!over(poses) && curve::radius(poses) > SHIFT_RADIUS, "{} m", curve::radius(poses));
+        // Where no room is left for the shift, it begins at once.
+        let near = lane(34.0, 7.0, 0.0);
+        let ends = [(movement(0, 1), &from, &near), (movement(2, 1), &beside, &near)];
+        assert_eq!(leads_beside_ends(&ends, 0), None);
+    }
+
+    #[test]
+    fn lanes_side_by_side_go_around_together_or_not_at_all() {
+        let (into, out) = ([lane(0.0, 1.5, 0.0), lane(0.0, -1.5, 0.0)], [lane(40.0, 1.5, 0.0), lane(40.0, -1.5, 0.0)]);
+        let movement = |lane| Movement { from: 0, to: 1, in_lane: lane, out_lane: lane };
+        let ends = [(movement(0), &into[0], &out[0]), (movement(1), &into[1], &out[1])];
+        let way = |ends: &MovementEnds| curve::cubic(ends.1.pose, ends.2.pose, [0.8, 0.8]);
+        let alone = turn_centerlines(&ends, |ends, _| (ends.0.in_lane == 0).then(|| way(ends)));
+        assert_eq!(alone, turn_centerlines(&ends, |_, _| None));
+        let together = turn_centerlines(&ends, |ends, _| Some(way(ends)));
+        assert_eq!(together, ends.each_ref().map(way));
     }
 }
