@@ -6,6 +6,7 @@ use crate::builder::control::walkway::walkways;
 use crate::builder::intersection::area_outline::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
+use crate::builder::intersection::movement::ending_centre_lanes;
 use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turn_direction::{tag_turns, turn_direction};
 use crate::builder::intersection::turning_lanelets::{DrawnMovements, TurningLanelet, intersection_key};
@@ -100,15 +101,17 @@ impl<'a> IntersectionAssembly<'a> {
         }
     }
 
-    /// Notes the lanes that no movement leaves or reaches.
+    /// Notes the lanes that no movement leaves or reaches, but for lanes for turns in the middle of a road.
     fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
         let node = intersection.nodes.first().copied().unwrap_or_default();
+        let ending = ending_centre_lanes(arms);
         for (i, arm) in arms.iter().enumerate() {
             let way = self.context.network.road(arm.at.road).key.way;
+            let [ends, begins] = &ending[i];
             let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
             let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
-            let ends = (0..arm.into.len()).filter(|&lane| !led_on(lane)).map(|_| "on from");
-            let begins = (0..arm.out.len()).filter(|&lane| !led_to(lane)).map(|_| "to");
+            let ends = (0..arm.into.len()).filter(|lane| !led_on(*lane) && !ends.contains(lane)).map(|_| "on from");
+            let begins = (0..arm.out.len()).filter(|lane| !led_to(*lane) && !begins.contains(lane)).map(|_| "to");
             for whither in ends.chain(begins) {
                 let message =
                     format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");

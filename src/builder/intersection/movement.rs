@@ -55,12 +55,30 @@ pub fn movements(
     let u_turn_arms = u_turns.iter().map(|turn| (turn.from, turn.to)).collect();
     all.extend(u_turns.into_iter().chain(tighter));
     reach_all(&arms, &mut all, &[]);
+    let ending = ending_centre_lanes(&arms);
+    all.retain(|m| !ending[m.from][0].contains(&m.in_lane) && !ending[m.to][1].contains(&m.out_lane));
     all.sort_unstable();
     all.dedup();
     let pairs = (0..arms.len()).flat_map(|from| (0..arms.len()).map(move |to| (from, to)));
     let could = |(from, to): &(usize, usize)| from != to && !arms[*from].into.is_empty() && !arms[*to].out.is_empty();
     let prohibited = pairs.filter(could).filter(|pair| all.iter().all(|m| (m.from, m.to) != *pair)).collect();
     Movements { all, prohibited, u_turns: u_turn_arms }
+}
+
+/// Per arm the lanes for both directions, among others of each direction, that end where the road only goes on as one without such
+/// a lane: those that lead in, and those that lead out. Vehicles turn from such a lane in the middle, and leave it before it ends.
+pub fn ending_centre_lanes(arms: &[&Arm]) -> Vec<[Vec<usize>; 2]> {
+    let goes_both_ways = |arm: &Arm, lane: &ArmLane| {
+        let [left, right] = lane.nodes;
+        arm.into.iter().chain(&arm.out).any(|other| other.nodes == [right, left])
+    };
+    let both_ways = |arm: &Arm| {
+        [&arm.into, &arm.out].map(|lanes| (0..lanes.len()).filter(|&i| goes_both_ways(arm, &lanes[i])).collect())
+    };
+    let all: Vec<[Vec<usize>; 2]> = arms.iter().map(|arm| both_ways(arm)).collect();
+    let is_beside_others = |i: usize| all[i][0].len() < arms[i].into.len() && all[i][1].len() < arms[i].out.len();
+    let ends = |i: usize| arms.len() == 2 && is_beside_others(i) && all[1 - i][0].is_empty();
+    (0..arms.len()).map(|i| if ends(i) { all[i].clone() } else { Default::default() }).collect()
 }
 
 /// The movements without those for which there is no room. A lane to which no movement is left is reached by a movement beside it,

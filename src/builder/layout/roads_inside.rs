@@ -2,13 +2,18 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
+use crate::builder::network::turn_angle::TURNS_BACK;
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::map_layout::Layout;
 use super::short_links::short_links;
+
+/// No car turns back on a smaller radius of its lane's middle, metres.
+const BACK_LEAST: f64 = 3.3;
 
 /// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
 pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
@@ -44,6 +49,18 @@ struct ServedEnd {
     has: [bool; 2],
     /// Whether a lanelet leads from them, and whether one leads to them.
     joined: [bool; 2],
+    /// The same without those on which a car would have to turn back too tightly.
+    drivable: [bool; 2],
+}
+
+/// Whether a lanelet leads from an arm, and whether one leads to it.
+fn joined<'a>(paths: impl Iterator<Item = &'a TurningLanelet>, arm: usize) -> [bool; 2] {
+    paths.fold([false; 2], |[from, to], path| [from || path.movement.from == arm, to || path.movement.to == arm])
+}
+
+/// Whether a car does not have to turn back too tightly on a lanelet.
+fn is_drivable(path: &&TurningLanelet) -> bool {
+    path.turn.abs() <= TURNS_BACK || path.radius >= BACK_LEAST
 }
 
 /// The ends of all roads at intersections where some are joined.
@@ -53,9 +70,8 @@ fn served_ends(layout: &Layout) -> impl Iterator<Item = ServedEnd> {
     drawn.filter(|(_, paths)| !paths.is_empty()).flat_map(move |(at, paths)| {
         at.arms.iter().enumerate().map(move |(arm, end)| {
             let lanes = layout.lanes.arm(*end);
-            let joined =
-                [paths.iter().any(|path| path.movement.from == arm), paths.iter().any(|path| path.movement.to == arm)];
-            ServedEnd { at: *end, has: [!lanes.into.is_empty(), !lanes.out.is_empty()], joined }
+            let (joined, drivable) = (joined(paths.iter(), arm), joined(paths.iter().filter(is_drivable), arm));
+            ServedEnd { at: *end, has: [!lanes.into.is_empty(), !lanes.out.is_empty()], joined, drivable }
         })
     })
 }
@@ -66,13 +82,18 @@ pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
 }
 
 /// The ends of roads with lanes of both directions at which lanelets join those of one direction only; with `true` where no lanelet
-/// leads to the lanes that lead away, and `false` where none leads from those that arrive.
+/// leads to the lanes that lead away, and `false` where none leads from those that arrive. Where roads meet, lanelets on which no car can
+/// turn back join nothing.
 pub fn half_served_ends(layout: &Layout) -> Vec<(RoadEnd, bool)> {
     let half = served_ends(layout).filter(|end| end.has == [true; 2]);
-    half.filter_map(|end| match end.joined {
-        [true, false] => Some((end.at, true)),
-        [false, true] => Some((end.at, false)),
-        _ => None,
+    let network = &layout.network;
+    half.filter_map(|end| {
+        let goes_on = network.intersection(network.intersection_at(end.at)).arms.len() == 2;
+        match if goes_on { end.joined } else { end.drivable } {
+            [true, false] => Some((end.at, true)),
+            [false, true] => Some((end.at, false)),
+            _ => None,
+        }
     })
     .collect()
 }

@@ -312,3 +312,57 @@ fn a_single_track_has_only_the_direction_in_which_cars_can_turn_into_it() {
         assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
     }
 }
+
+#[test]
+fn a_centre_lane_for_turns_ends_where_the_road_goes_on_without_it() {
+    for side in SIDES {
+        let nodes = [(1, -200.0, 0.0, ""), (2, -100.0, 0.0, ""), (3, 100.0, 0.0, ""), (4, 200.0, 0.0, "")];
+        let with_centre_lane = "highway=tertiary lanes=3 lanes:forward=1 lanes:backward=1 lanes:both_ways=1";
+        let without = "highway=tertiary lanes=2";
+        let ways: [(i64, &[i64], &str); 3] =
+            [(11, &[1, 2], without), (12, &[2, 3], with_centre_lane), (13, &[3, 4], without)];
+        let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        assert!(notes.iter().all(|note| note.fault != "lane-closed"), "{side:?}: {notes:?}");
+        assert_eq!(map.polygons.len(), 0, "{side:?}: no intersection");
+        let ends = |lane: &Lanelet, first: bool| {
+            [lane.left, lane.right].map(|bound| {
+                let points = &map.linestrings.get(bound.line).unwrap().points;
+                if first == bound.inverted { points[points.len() - 1] } else { points[0] }
+            })
+        };
+        let follows = |lane: &Lanelet| map.lanelets.iter().filter(|next| ends(next, true) == ends(lane, false)).count();
+        let mut followers: Vec<usize> = map.lanelets.iter().map(follows).collect();
+        followers.sort_unstable();
+        // Both ways over the centre lane and both last lanes of the map lead nowhere; no lane has two followers.
+        assert_eq!(followers.iter().filter(|&&count| count > 1).count(), 0, "{side:?}: {followers:?}");
+        assert_eq!(followers.iter().filter(|&&count| count == 0).count(), 4, "{side:?}: {followers:?}");
+        assert_eq!(found_of_geometry(&map, &settings), Vec::<&str>::new(), "{side:?}");
+    }
+}
+
+#[test]
+fn a_road_loses_the_direction_in_which_cars_would_have_to_turn_back_on_the_spot() {
+    for side in SIDES {
+        // A street for both directions meets a one-way street at an angle of 20 degrees, against its direction.
+        let nodes = [
+            (1, -147.0, -172.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, 147.0, 172.0, ""),
+            (4, 15.0, 8.5, ""),
+            (5, 24.0, 11.0, ""),
+            (6, 31.0, 14.0, ""),
+            (7, 64.0, 24.0, ""),
+            (8, 120.0, 24.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 2] =
+            [(11, &[1, 2, 3], "highway=secondary oneway=yes"), (12, &[2, 4, 5, 6, 7, 8], "highway=residential")];
+        let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let street = |id: &str| id.starts_with("12:");
+        let lanelets = map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(street)).count();
+        let told = "nobody can leave the lanes of way 12 against its line, nodes 2 to 8, at node 2: there is no room for the turns";
+        let told = notes.iter().filter(|note| note.message.ends_with(told)).count();
+        println!("{:?}", found_of_geometry(&map, &settings));
+        assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
+        assert_eq!(found_of_geometry(&map, &settings), Vec::<&str>::new(), "{side:?}");
+    }
+}
