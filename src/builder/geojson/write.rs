@@ -12,7 +12,7 @@ use crate::builder::network::{
 };
 use crate::builder::streets::outline::{MITER_LIMIT, Outline, OutlineCase, Outlines};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, curve};
 use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
@@ -142,8 +142,9 @@ impl Streets<'_> {
             let line = road.line.cut(from, to);
             let edges = (0..=road.section.strips.len()).map(|edge| {
                 let edge = line.as_ref()?.offset(road.section.edge(edge), MITER_LIMIT)?;
-                points.extend(edge.points());
-                Some(points.len() - edge.points().len()..points.len())
+                let before = points.len();
+                points.extend(curve::untangled(edge.points()));
+                Some(before..points.len())
             });
             roads.push((self.road(RoadIx(i as u32), road, line.as_ref()), edges.collect()));
         }

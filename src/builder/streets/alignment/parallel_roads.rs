@@ -2,7 +2,7 @@
 //!
 //! OpenStreetMap draws a ramp from the middle of the road it leaves, and the carriageways of a divided road only about where
 //! they are. Widened to their lanes, such roads overlap far from any intersection. Here both move sideways, the narrower one
-//! more, until their edges touch.
+//! more, until their edges touch. One that lies between two others that both overlap it stays, and they move.
 
 mod broad_phase;
 mod overlap_search;
@@ -31,10 +31,10 @@ use rustc_hash::FxHashMap;
 const STRAIGHT: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
 const STRAIGHT_WITHIN: f64 = 25.0;
-/// Most rounds; remaining overlaps stay. The first passes on all that it moves: in it a place depends on those up to 70 m away, because
-/// the farthest shift is led back over 58 m at the steepest slope, and 12 m lie between the middles of wide roads. In later ones it is
-/// moved because of places within 10 m, and depends on those up to 22 m away.
-const ROUNDS: usize = 12;
+/// Most rounds; remaining overlaps stay. The first passes on all that it moves: in it a place depends on those up to 83 m away, because
+/// the farthest shift is led back over 58 m at the steepest slope, 12 m lie between the middles of wide roads, and a road is squeezed
+/// by those within 13 m. In later ones it is moved because of places within 10 m, and depends on those up to 35 m away.
+const ROUNDS: usize = 9;
 
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
 /// intersections roads may overlap.
@@ -136,13 +136,14 @@ fn straightened(line: &Polyline) -> Polyline {
 fn targets(roads: &FxHashMap<usize, ShiftedRoad>, sides: &Sides, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
     let mut pairs: Vec<&(usize, usize)> = adjacency.keys().collect();
     pairs.par_sort_unstable();
+    let squeezed = squeezed(roads, sides, adjacency, &pairs);
     let target = |pairs: &[&(usize, usize)]| {
         let index = pairs.first()?.0;
         let road = &roads[&index];
         // The most that any neighbour asks for, to the left and to the right.
         let mut most: Option<Vec<[f64; 2]>> = None;
         for &&pair in pairs {
-            for (place, side, push) in pushes(roads, sides, pair, &adjacency[&pair]) {
+            for (place, side, push) in pushes(roads, sides, pair, (&adjacency[&pair], &squeezed)) {
                 let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
                 let away = &mut most[place][usize::from(side > 0.0)];
                 *away = away.max(push);
@@ -153,20 +154,67 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, sides: &Sides, adjacency: &Adj
     pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
 }
 
+/// The places, ascending, of each road that others overlap on both sides.
+type Squeezed = FxHashMap<usize, Vec<usize>>;
+
+/// The places where roads are squeezed. They cannot yield there; the roads beside them have to.
+fn squeezed(
+    roads: &FxHashMap<usize, ShiftedRoad>,
+    sides: &Sides,
+    adjacency: &Adjacency,
+    pairs: &[&(usize, usize)],
+) -> Squeezed {
+    let of_road = |pairs: &[&(usize, usize)]| {
+        let index = pairs.first()?.0;
+        let mut pushed = vec![[false; 2]; roads[&index].base.len()];
+        for &&pair in pairs {
+            for (place, side, _) in overlaps(roads, sides, pair, &adjacency[&pair]) {
+                pushed[place.index][usize::from(side > 0.0)] = true;
+            }
+        }
+        let both = (0..pushed.len()).filter(|&place| pushed[place] == [true; 2]).collect::<Vec<_>>();
+        (!both.is_empty()).then_some((index, both))
+    };
+    pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(of_road).collect()
+}
+
 /// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres.
 fn pushes<'a>(
     roads: &'a FxHashMap<usize, ShiftedRoad>,
     sides: &'a Sides,
     pair: (usize, usize),
-    adjacent: &'a [AdjacentPlace],
+    (adjacent, squeezed): (&'a [AdjacentPlace], &'a Squeezed),
 ) -> impl Iterator<Item = (usize, f64, f64)> {
     let (road, other) = (&roads[&pair.0], &roads[&pair.1]);
     let share = road.mobility / (road.mobility + other.mobility);
+    let is_squeezed = |road: usize, places: [usize; 2]| {
+        let found = squeezed.get(&road);
+        found.is_some_and(|found| places.iter().any(|place| found.binary_search(place).is_ok()))
+    };
+    overlaps(roads, sides, pair, adjacent).map(move |(place, side, overlap)| {
+        let own = is_squeezed(pair.0, [place.index; 2]);
+        let share = match (own, is_squeezed(pair.1, [place.beside, place.beside + 1])) {
+            (true, false) => 0.0,
+            (false, true) => 1.0,
+            _ => share,
+        };
+        (place.index, side, overlap * share)
+    })
+}
+
+/// The places of the first road of a pair where both overlap, with the side of the second (1 left, -1 right) and how far they overlap,
+/// metres.
+fn overlaps<'a>(
+    roads: &'a FxHashMap<usize, ShiftedRoad>,
+    sides: &'a Sides,
+    pair: (usize, usize),
+    adjacent: &'a [AdjacentPlace],
+) -> impl Iterator<Item = (&'a AdjacentPlace, f64, f64)> {
+    let (road, other) = (&roads[&pair.0], &roads[&pair.1]);
     let least = least_distance(road, other);
     let sides = adjacent.iter().filter_map(move |place| Some((place, sides.at(pair, [road, other], place)?)));
-    let overlaps = sides.map(move |(place, side)| (place.index, side, least - place.offset * side));
-    let overlaps = overlaps.filter(|(.., overlap)| *overlap > TOLERANCE);
-    overlaps.map(move |(place, side, overlap)| (place, side, overlap * share))
+    let overlaps = sides.map(move |(place, side)| (place, side, least - place.offset * side));
+    overlaps.filter(|(.., overlap)| *overlap > TOLERANCE)
 }
 
 /// Gives two roads that continue each other the same shift where they meet. Returns the roads that moved.
