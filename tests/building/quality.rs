@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lanewright::builder::network::{NetworkOptions, Road, road_network};
 use lanewright::builder::tags::cross_section::{StripKind, minimum_lane_width};
@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::common::needs::{python, shared};
 use crate::common::program::lanewright;
-use crate::common::{extracts, soak};
+use crate::common::{all_extracts, extracts, soak};
 
 /// Largest extract that `make test` takes, bytes.
 const SLICE: u64 = 1_000_000;
@@ -38,26 +38,44 @@ fn number(measures: &Value, name: &str) -> f64 {
     measures[name].as_f64().unwrap_or(0.0)
 }
 
-#[test]
-fn the_streets_are_no_worse_than_those_of_osm2streets() {
-    let (Some(osm), Some(script), Some(mut python)) = (shared("corpus/osm"), shared("tools/quality.py"), python())
-    else {
-        return;
-    };
+/// The measures of the streets of these extracts, by name, with levels as the extracts in the folder `osm` have them. `None` without the
+/// shared tools.
+fn measured(inputs: &[PathBuf], osm: Option<&Path>) -> Option<BTreeMap<String, Value>> {
+    let (script, mut python) = (shared("tools/quality.py")?, python()?);
     let dir = tempfile::tempdir().unwrap();
-    let inputs = extracts(SLICE);
     let mut arguments = vec!["geometry".to_owned(), "-o".to_owned(), "out".to_owned()];
     arguments.extend(inputs.iter().map(|path| path.to_str().unwrap().to_owned()));
     lanewright(dir.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>()).exits(0);
-    python.current_dir(dir.path()).arg(script).args(["--complete", "--drive-only", "--json"]);
-    python.arg("measures.json").arg("--osm").arg(&osm);
+    python.current_dir(dir.path()).arg(script).args(["--complete", "--drive-only", "--json", "measures.json"]);
+    if let Some(osm) = osm {
+        python.arg("--osm").arg(osm);
+    }
     let files = fs::read_dir(dir.path().join("out")).unwrap().map(|entry| entry.unwrap().path());
     let run = python.args(files).output().unwrap();
     assert!(run.status.success(), "{}{}", String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
-    let read = |path: PathBuf| -> BTreeMap<String, Value> {
-        serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+    Some(read(&dir.path().join("measures.json")))
+}
+
+fn read(path: &Path) -> BTreeMap<String, Value> {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn polygons_are_simple_where_the_builder_did_not_grow_up() {
+    let Some(measures) = measured(&all_extracts(SLICE), None) else { return };
+    let names = ["int_bowtie", "int_invalid", "int_empty", "lane_invalid", "road_invalid", "road_oblivion"];
+    let faults = |(place, of): (&String, &Value)| {
+        let faults = names.iter().filter(|name| number(of, name) > 0.0);
+        faults.map(|name| format!("{place}: {name} is {}", number(of, name))).collect::<Vec<_>>()
     };
-    let (ours, theirs) = (read(dir.path().join("measures.json")), read(osm.join("osm2streets_quality.json")));
+    assert_eq!(measures.iter().flat_map(faults).collect::<Vec<_>>(), Vec::<String>::new());
+}
+
+#[test]
+fn the_streets_are_no_worse_than_those_of_osm2streets() {
+    let Some(osm) = shared("corpus/osm") else { return };
+    let Some(ours) = measured(&extracts(SLICE), Some(&osm)) else { return };
+    let theirs = read(&osm.join("osm2streets_quality.json"));
     let mut faults = Vec::new();
     for (place, measures) in &ours {
         faults.extend(NONE.iter().filter(|name| number(measures, name) > 0.0).map(|name| format!("{place}: {name}")));
