@@ -11,7 +11,7 @@ use crate::builder::network::{Road, RoadNetwork};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use smooth_bends::TIGHTEST;
+use smooth_bends::{INNER_RADIUS, TIGHTEST};
 
 pub use narrow_roads::narrow_roads;
 pub use parallel_roads::lay_side_by_side;

@@ -31,6 +31,8 @@ use rustc_hash::FxHashMap;
 const STRAIGHT: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
 const STRAIGHT_WITHIN: f64 = 25.0;
+/// Places that lie nearer, metres, to a vertex of the line do not become vertices.
+const APART: f64 = 0.5;
 /// Most rounds; remaining overlaps stay. The first passes on all that it moves: in it a place depends on those up to 83 m away, because
 /// the farthest shift is led back over 58 m at the steepest slope, 12 m lie between the middles of wide roads, and a road is squeezed
 /// by those within 13 m. In later ones it is moved because of places within 10 m, and depends on those up to 35 m away.
@@ -90,9 +92,14 @@ fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
     let own = shifted.stations.iter().enumerate();
     let own = own.filter(|(i, _)| piece_moves(*i) || i.checked_sub(1).is_some_and(piece_moves)).map(|(_, at)| *at);
     let mut stations = road.line.stations();
-    stations.extend(own);
+    // Beside a vertex even a small shift would turn the line far.
+    let vertices = stations.clone();
+    let is_apart = |at: &f64| {
+        let next = vertices.partition_point(|vertex| vertex < at);
+        vertices[next.saturating_sub(1)..].iter().take(2).all(|vertex| (vertex - at).abs() >= APART)
+    };
+    stations.extend(own.filter(is_apart));
     stations.sort_by(f64::total_cmp);
-    stations.dedup_by(|a, b| (*a - *b).abs() < 0.01);
     let points = places(&road.line, &stations);
     let normals = normals(&points);
     let mut i = 0;

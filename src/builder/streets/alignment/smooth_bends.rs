@@ -11,7 +11,7 @@ const DEVIATION: f64 = 0.8;
 /// Least radius as a multiple of half the road's width: the inner edge keeps a radius of its own.
 pub const TIGHTEST: f64 = 1.1;
 /// Least radius of the inner edge of a bend, metres, if the line has room for it: Lanelet2's own checks want one metre.
-const INNER_RADIUS: f64 = 1.25;
+pub const INNER_RADIUS: f64 = 1.25;
 /// Share of a segment that each of its two corners may use.
 const SHARE: f64 = 0.5;
 /// Least length of an inner edge as a share of its segment.

@@ -4,12 +4,11 @@
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork, Stations};
-use crate::builder::streets::alignment::TIGHTEST;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
 use crate::parallel::Finely;
 
-use super::overlap_search::PARALLEL;
+use super::overlap_search::{PARALLEL, legs_apart};
 use super::recheck::sort_unique;
 use super::shifted_road::{CLEAR, SHORTEST, STEP, TOLERANCE};
 
@@ -89,7 +88,7 @@ impl RoadBox {
 
     /// The bounding box of the search: the legs of a hairpin lie at most so far apart.
     fn search_bounds(&self) -> Bounds {
-        self.widened(self.half * (2.0 * TIGHTEST - 1.0) + CLEAR)
+        self.widened(legs_apart(self.half) - self.half + CLEAR)
     }
 
     /// Whether its road may have to move because of the other box.
@@ -100,7 +99,7 @@ impl RoadBox {
     /// Whether a place of it may lie beside a parallel piece of the other.
     fn may_lie_beside(&self, other: &Self) -> bool {
         let own = self.road == other.road;
-        let reach = (self.half + other.half) * if own { TIGHTEST } else { 1.0 } + CLEAR + SLACK;
+        let reach = if own { legs_apart(self.half) } else { self.half + other.half } + CLEAR + SLACK;
         let from = self.origin - other.origin;
         // Whether the boxes come within `margin` along an axis (separating axis theorem).
         let close = |axis: Vector, [low, high]: [f64; 2], margin: f64| {

@@ -5,8 +5,8 @@ use std::collections::hash_map::Entry;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::streets::alignment::TIGHTEST;
 use crate::builder::streets::alignment::side_order::SideHints;
+use crate::builder::streets::alignment::{INNER_RADIUS, TIGHTEST};
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Vector, cross};
 use crate::parallel::Finely;
@@ -197,7 +197,7 @@ impl OverlapSearch<'_> {
 
 /// How far beyond its edges neighbours of a road are searched, metres: the legs of a hairpin may lie farther apart.
 fn search_margin(road: &ShiftedRoad) -> f64 {
-    road.half * 2.0 * (TIGHTEST - 1.0) + CLEAR
+    legs_apart(road.half) - 2.0 * road.half + CLEAR
 }
 
 /// Whether some pieces of a road may run against others. If none deviates by 69 degrees from the first, no two deviate by the
@@ -234,8 +234,12 @@ fn candidates<'a>(
 
 /// Least distance between the lines of two roads, metres; or between the legs of one hairpin, which turns between them.
 pub fn least_distance(a: &ShiftedRoad, b: &ShiftedRoad) -> f64 {
-    let turn = if std::ptr::eq(a, b) { TIGHTEST } else { 1.0 };
-    (a.half + b.half) * turn + CLEAR
+    (if std::ptr::eq(a, b) { legs_apart(a.half) } else { a.half + b.half }) + CLEAR
+}
+
+/// Least distance between the lines of the legs of a hairpin, metres, for a road of `half` metres to either side.
+pub fn legs_apart(half: f64) -> f64 {
+    2.0 * (half * TIGHTEST).max(half + INNER_RADIUS)
 }
 
 /// A place of road `a` beside a piece of road `b` with this direction; `None` if they do not overlap there.

@@ -7,6 +7,7 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel
 use crate::geometry::Point;
 
 use super::*;
+use crate::builder::streets::alignment::INNER_RADIUS;
 use crate::builder::streets::alignment::side_order::SideHints;
 
 /// A road: points, width, whether it is raised, first and last intersection.
@@ -143,4 +144,20 @@ fn roads_that_are_squeezed_stay_and_the_wide_ones_beside_them_yield() {
     let apart = gaps.iter().zip([13.5, 3.0, 13.5]).all(|(gap, least)| *gap > least - TOLERANCE);
     assert!(apart, "{norths:?}");
     assert!((norths[0] + norths[3]).abs() < 0.1 && norths[1].abs() < 3.0, "{norths:?}");
+}
+
+#[test]
+fn the_legs_of_a_hairpin_lie_so_far_apart_that_its_inner_edge_keeps_a_radius() {
+    let legs = |between: f64| {
+        let drawn = (vec![(0.0, 0.0), (100.0, 0.0), (100.0, between), (0.0, between)], 3.0, false, 0, 1);
+        let network = network(road(0, &drawn).into_iter().collect());
+        let kept = [[0.0, network.roads[0].line.length()]];
+        let laid = lay_side_by_side(network, &kept);
+        let line = &laid.roads[0].line;
+        let [there, back] = [line.clone(), line.reversed()].map(|line| line.at(50.0).y);
+        back - there
+    };
+    let least = 3.0 + 2.0 * INNER_RADIUS;
+    assert!(legs(4.0) > least - TOLERANCE, "{} m", legs(4.0));
+    assert!((legs(7.0) - 7.0).abs() < 1e-9, "legs that are far apart stay: {} m", legs(7.0));
 }
