@@ -107,11 +107,13 @@ impl<'a> IntersectionAssembly<'a> {
         let ending = ending_centre_lanes(arms);
         for (i, arm) in arms.iter().enumerate() {
             let way = self.context.network.road(arm.at.road).key.way;
-            let [ends, begins] = &ending[i];
+            let [ending_in, beginning_out] = &ending[i];
             let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
             let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
-            let ends = (0..arm.into.len()).filter(|lane| !led_on(*lane) && !ends.contains(lane)).map(|_| "on from");
-            let begins = (0..arm.out.len()).filter(|lane| !led_to(*lane) && !begins.contains(lane)).map(|_| "to");
+            let ends =
+                (0..arm.into.len()).filter(|lane| !led_on(*lane) && !ending_in.contains(lane)).map(|_| "on from");
+            let begins =
+                (0..arm.out.len()).filter(|lane| !led_to(*lane) && !beginning_out.contains(lane)).map(|_| "to");
             for whither in ends.chain(begins) {
                 let message =
                     format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");

@@ -68,17 +68,20 @@ pub fn movements(
 /// Per arm the lanes for both directions, among others of each direction, that end where the road only goes on as one without such
 /// a lane: those that lead in, and those that lead out. Vehicles turn from such a lane in the middle, and leave it before it ends.
 pub fn ending_centre_lanes(arms: &[&Arm]) -> Vec<[Vec<usize>; 2]> {
-    let goes_both_ways = |arm: &Arm, lane: &ArmLane| {
-        let [left, right] = lane.nodes;
-        arm.into.iter().chain(&arm.out).any(|other| other.nodes == [right, left])
+    let &[a, b] = arms else { return vec![Default::default(); arms.len()] };
+    let centre_lanes = |arm: &Arm| {
+        let goes_both_ways = |lane: &ArmLane| {
+            let [left, right] = lane.nodes;
+            arm.into.iter().chain(&arm.out).any(|other| other.nodes == [right, left])
+        };
+        [&arm.into, &arm.out].map(|lanes| (0..lanes.len()).filter(|&i| goes_both_ways(&lanes[i])).collect::<Vec<_>>())
     };
-    let both_ways = |arm: &Arm| {
-        [&arm.into, &arm.out].map(|lanes| (0..lanes.len()).filter(|&i| goes_both_ways(arm, &lanes[i])).collect())
+    let [of_a, of_b] = [a, b].map(centre_lanes);
+    let ends = |arm: &Arm, [into, out]: &[Vec<usize>; 2], on: &[Vec<usize>; 2]| {
+        into.len() < arm.into.len() && out.len() < arm.out.len() && on[0].is_empty()
     };
-    let all: Vec<[Vec<usize>; 2]> = arms.iter().map(|arm| both_ways(arm)).collect();
-    let is_beside_others = |i: usize| all[i][0].len() < arms[i].into.len() && all[i][1].len() < arms[i].out.len();
-    let ends = |i: usize| arms.len() == 2 && is_beside_others(i) && all[1 - i][0].is_empty();
-    (0..arms.len()).map(|i| if ends(i) { all[i].clone() } else { Default::default() }).collect()
+    let [a_ends, b_ends] = [ends(a, &of_a, &of_b), ends(b, &of_b, &of_a)];
+    [(of_a, a_ends), (of_b, b_ends)].map(|(of, ends)| if ends { of } else { Default::default() }).to_vec()
 }
 
 /// The movements without those for which there is no room. A lane to which no movement is left is reached by a movement beside it,

@@ -32,10 +32,11 @@ pub type MovementEnds<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
 /// A centre line with its shapes to choose from.
 struct TurnCenterline {
-    /// The smoothest, then by handles, then with straight parts; `None` where it would bend too tightly. One that leads around the
-    /// island of a roundabout has no other shapes.
+    /// The smoothest, then by handles, then with straight parts; `None` where it would bend too tightly. One that
+    /// leads around has no other shapes.
     shapes: Vec<Option<Shape>>,
-    around_island: bool,
+    /// Whether it leads around the island of a roundabout or along the streets.
+    leads_around: bool,
     chosen: usize,
     /// The centre lines from the neighbouring lanes that part from it, by index.
     neighbours: Vec<usize>,
@@ -104,9 +105,9 @@ pub fn turn_centerlines(
     let with_neighbours = |(i, (direct, around)): (usize, (Vec<Pose>, Option<Vec<Pose>>))| {
         let neighbours = (0..ends.len()).filter(|&j| j != i && part(&ends[i].0, &ends[j].0)).collect();
         let around = around.filter(|_| !apart.contains(&bundles[i]));
-        let around_island = around.is_some();
+        let leads_around = around.is_some();
         let shapes = vec![Some(Shape::new(around.unwrap_or(direct)))];
-        TurnCenterline { shapes, around_island, chosen: 0, neighbours }
+        TurnCenterline { shapes, leads_around, chosen: 0, neighbours }
     };
     let lines = direct.into_iter().zip(around).enumerate().map(with_neighbours).collect();
     let mut all = TurnCenterlines { ends, lines, shared: RefCell::default() };
@@ -142,7 +143,8 @@ fn smoothest(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Vec<Pose>> {
     chosen.map(|((direct, wide), clear)| wide.filter(|_| clear).unwrap_or(direct).poses).collect()
 }
 
-/// The lengths of the straight lines before and after the turns of each bundle, metres: those that all its members can have.
+/// The lengths of the straight lines before and after the turns of each bundle, metres: those that all its members can have; or before
+/// and after the shift of a bundle: those by which all its members keep clear of the ends of other roads.
 fn bundle_leads(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]>> {
     let leads = |i: usize| {
         let (_, from, to) = &ends[i];
@@ -239,8 +241,8 @@ impl TurnCenterlines<'_> {
     /// Adds the shapes by handles and with straight parts to a line that has only the smoothest.
     fn add_shapes(&mut self, i: usize) {
         let (_, from, to) = self.ends[i];
-        let TurnCenterline { shapes, around_island, .. } = &mut self.lines[i];
-        if *around_island || shapes.len() > 1 {
+        let TurnCenterline { shapes, leads_around, .. } = &mut self.lines[i];
+        if *leads_around || shapes.len() > 1 {
             return;
         }
         let least = RADIUS_LEAST.min(shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));

@@ -2,6 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::builder::intersection::street_path::RADIUS_TOLD;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::turn_angle::TURNS_BACK;
@@ -11,9 +12,6 @@ use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::map_layout::Layout;
 use super::short_links::short_links;
-
-/// No car turns back on a smaller radius of its lane's middle, metres.
-const BACK_LEAST: f64 = 3.3;
 
 /// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
 pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
@@ -58,9 +56,9 @@ fn joined<'a>(paths: impl Iterator<Item = &'a TurningLanelet>, arm: usize) -> [b
     paths.fold([false; 2], |[from, to], path| [from || path.movement.from == arm, to || path.movement.to == arm])
 }
 
-/// Whether a car does not have to turn back too tightly on a lanelet.
+/// Whether a car does not have to turn back on a lanelet more tightly than at full lock.
 fn is_drivable(path: &&TurningLanelet) -> bool {
-    path.turn.abs() <= TURNS_BACK || path.radius >= BACK_LEAST
+    path.turn.abs() <= TURNS_BACK || path.radius >= RADIUS_TOLD
 }
 
 /// The ends of all roads at intersections where some are joined.
@@ -82,8 +80,8 @@ pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
 }
 
 /// The ends of roads with lanes of both directions at which lanelets join those of one direction only; with `true` where no lanelet
-/// leads to the lanes that lead away, and `false` where none leads from those that arrive. Where roads meet, lanelets on which no car can
-/// turn back join nothing.
+/// leads to the lanes that lead away, and `false` where none leads from those that arrive. Where three roads or more meet, lanelets on which
+/// no car can turn back join nothing.
 pub fn half_served_ends(layout: &Layout) -> Vec<(RoadEnd, bool)> {
     let half = served_ends(layout).filter(|end| end.has == [true; 2]);
     let network = &layout.network;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::builder::Built;
-use lanewright::lanelet::{Lanelet, LaneletMap};
+use lanewright::lanelet::{Lanelet, LaneletMap, PointId};
 
 use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
 
@@ -17,6 +17,14 @@ fn bus_lanes(map: &LaneletMap) -> [[usize; 2]; 2] {
         count[inside][usize::from(!tags.is("participant:bicycle", "yes"))] += 1;
     }
     count
+}
+
+/// The left and the right node at which a lanelet begins (`first`) or ends.
+fn ends(map: &LaneletMap, lane: &Lanelet, first: bool) -> [PointId; 2] {
+    [lane.left, lane.right].map(|bound| {
+        let points = &map.linestrings.get(bound.line).unwrap().points;
+        if first == bound.inverted { points[points.len() - 1] } else { points[0] }
+    })
 }
 
 #[test]
@@ -271,12 +279,7 @@ fn lanes_marked_straight_on_part_to_all_roads_ahead() {
             let of_way = |l: &&Lanelet| l.attributes.get("road_id").is_some_and(|id| id.starts_with(way));
             map.lanelets.iter().filter(of_way).collect()
         };
-        let ends = |lane: &Lanelet, first: bool| {
-            [lane.left, lane.right].map(|bound| {
-                let points = &map.linestrings.get(bound.line).unwrap().points;
-                if first == bound.inverted { points[points.len() - 1] } else { points[0] }
-            })
-        };
+        let ends = |lane: &Lanelet, first: bool| ends(&map, lane, first);
         let lanes = of("10:");
         let leads = |way: &str| {
             let from = |l: &&Lanelet| lanes.iter().any(|lane| ends(lane, false) == ends(l, true));
@@ -324,12 +327,7 @@ fn a_centre_lane_for_turns_ends_where_the_road_goes_on_without_it() {
         let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
         assert!(notes.iter().all(|note| note.fault != "lane-closed"), "{side:?}: {notes:?}");
         assert_eq!(map.polygons.len(), 0, "{side:?}: no intersection");
-        let ends = |lane: &Lanelet, first: bool| {
-            [lane.left, lane.right].map(|bound| {
-                let points = &map.linestrings.get(bound.line).unwrap().points;
-                if first == bound.inverted { points[points.len() - 1] } else { points[0] }
-            })
-        };
+        let ends = |lane: &Lanelet, first: bool| ends(&map, lane, first);
         let follows = |lane: &Lanelet| map.lanelets.iter().filter(|next| ends(next, true) == ends(lane, false)).count();
         let mut followers: Vec<usize> = map.lanelets.iter().map(follows).collect();
         followers.sort_unstable();
