@@ -3,7 +3,6 @@
 //! The outline gives the least setback of a road. Crosswalks, stop lines and turns add to it: the crosswalk lies inside the
 //! intersection with the stop line before it, and a car can take the near turn.
 
-mod dead_end;
 mod mapped_stop_line;
 mod required_setback;
 #[cfg(test)]

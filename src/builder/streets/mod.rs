@@ -14,7 +14,7 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 use super::network::{InnerRoad, Intersection, RoadNetwork};
-use alignment::{lay_side_by_side, narrow_roads, smooth_bends};
+use alignment::{end_before_carriageways, lay_side_by_side, narrow_roads, smooth_bends};
 use consolidate::{ConsolidateOptions, MergeNote, consolidate, join_continuations};
 use heights::{HeightOptions, with_heights};
 use outline::{Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
@@ -50,6 +50,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let mut cache = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &mut cache);
     let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);
+    let network = end_before_carriageways(network);
     let cut = wanted(&network, &mut cache);
     let (network, narrowed) = narrow_roads(lay_side_by_side(network, &cut), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);

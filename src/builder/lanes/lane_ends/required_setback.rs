@@ -6,7 +6,6 @@ use crate::builder::network::network_diff::NetworkDiff;
 use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
-use super::dead_end::dead_end_setbacks;
 use super::turn_setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
 
 /// What remains of a road, metres, wherever its outlines cut it.
@@ -17,7 +16,6 @@ pub struct RequiredSetbacks {
     /// Per road: the stations where its outlines cut it, clamped to its line.
     pub(super) least: Vec<Stations>,
     intersections: Vec<IntersectionSetbacks>,
-    dead_ends: EndSetbacks,
 }
 
 /// The setbacks around an intersection, metres; none where roads meet face to face.
@@ -78,8 +76,7 @@ impl RequiredSetbacks {
             known.or_else(|| crossed.then(found)).unwrap_or_default()
         };
         let intersections = known.into_par_iter().finely().enumerate().map(find).collect();
-        let dead_ends = dead_end_setbacks(network, &least);
-        Self { least, intersections, dead_ends }
+        Self { least, intersections }
     }
 
     /// Raises setbacks, per road, to the required ones, and those for comfort.
@@ -94,7 +91,6 @@ impl RequiredSetbacks {
             raise(setbacks, &found.required);
             raise(comfort, &found.comfort);
         }
-        raise(setbacks, &self.dead_ends);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Bends and shifts OpenStreetMap's lines so that roads of their width can follow them.
 
+mod dead_ends;
 mod narrow_roads;
 mod parallel_roads;
 mod side_order;
@@ -13,6 +14,7 @@ use crate::parallel::Finely;
 
 use smooth_bends::{INNER_RADIUS, TIGHTEST};
 
+pub use dead_ends::end_before_carriageways;
 pub use narrow_roads::narrow_roads;
 pub use parallel_roads::lay_side_by_side;
 pub use smooth_bends::eased;
