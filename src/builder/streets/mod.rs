@@ -57,10 +57,10 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     findings.extend(narrowed);
     findings.extend(steep);
     let network = with_unique_keys(snap_grid::snap_network(network));
-    let (outlines, failed) = outlines_within(&network, &cut, &cache);
+    let (mut outlines, failed) = outlines_within(&network, &cut, &cache);
     let network = with_arms_in_cut_order(network, &outlines);
     findings.extend(failed);
-    let (merged, overlaps) = rayon::join(|| fully_merged(&network), || overlaps(&network, &outlines));
+    let (merged, overlaps) = rayon::join(|| fully_merged(&network), || overlaps(&network, &mut outlines));
     findings.extend(merged.into_iter().chain(overlaps));
     let (outlines, ()) = rayon::join(|| snap_grid::snap_outlines(outlines), || drop((cache, cut)));
     Streets { network, outlines, merges, findings }

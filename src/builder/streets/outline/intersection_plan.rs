@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
-use crate::geometry::polygon::convex_hull;
+use crate::geometry::polygon::{convex_hull, outside};
 use crate::geometry::simple_ring::{faults, without_faults};
 
 use super::general_outline::RoadStar;
-use super::merged_outline::CutArea;
+use super::merged_outline::{CutArea, TOUCH, split_at_cuts};
 use super::ring::Corner;
 use super::sizes::KERB_REACH;
 use super::thicken::{ThickenedArm, outwards};
@@ -66,6 +66,18 @@ impl IntersectionPlan {
                 plan
             }
         }
+    }
+}
+
+impl Outline {
+    /// The outline without what `others` cover of its corners; `None` if they cover a cut, or no simple ring is left.
+    pub(super) fn without(&self, others: &[Vec<Point>]) -> Option<Self> {
+        let (order, corners) = split_at_cuts(&outside(&self.ring, others)?, &self.cuts, TOUCH)?;
+        if !order.is_sorted() {
+            return None;
+        }
+        let ring = ring::ring(&self.cuts, &corners);
+        is_valid(&ring).then(|| Self { corners, ring, ..self.clone() })
     }
 }
 

@@ -24,7 +24,7 @@ const ISLAND: f64 = 1.2;
 /// The largest distance of the union's vertices from the points of its parts, metres.
 const SNAP: f64 = 1e-3;
 /// The largest overlap of roads side by side at their cuts, metres.
-const TOUCH: f64 = 0.05;
+pub const TOUCH: f64 = 0.05;
 /// Least distance of neighbouring points, metres.
 const CLOSE: f64 = 0.02;
 /// How far a covered cut is moved in one round, metres.
@@ -217,8 +217,8 @@ fn strip_between(a: &ThickenedArm, b: &ThickenedArm, trims: [f64; 2], ends: [Poi
 /// The cuts by index in the order in which they lie on the boundary, and the corner after each.
 pub type CutsAndCorners = (Vec<usize>, Vec<Vec<Point>>);
 
-/// Splits the boundary at the cuts.
-fn split_at_cuts(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<CutsAndCorners> {
+/// Splits the boundary at the cuts, whose ends are vertices of it within `snap` metres; `None` if some are not.
+pub fn split_at_cuts(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<CutsAndCorners> {
     let n = boundary.len();
     let start = vertex_at(boundary, cuts.first()?.right, snap)?;
     let from_start = |p: Point| Some((vertex_at(boundary, p, snap)? + n - start) % n);

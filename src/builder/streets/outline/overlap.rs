@@ -1,9 +1,10 @@
-//! Finds roads and intersections of the final layout that overlap, for findings.
+//! Finds roads and intersections of the final layout that overlap.
 //!
-//! Roads on one level that cross without a common node, or are closer together than their lanes are wide, overlap. The map is
-//! built all the same.
+//! The corners of an intersection give way to roads that run past it. Roads on one level that cross without a common node, or are
+//! closer together than their lanes are wide, overlap for good: they get a finding, and the map is built all the same.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
@@ -41,19 +42,44 @@ pub fn overlap(network: &RoadNetwork, kept: &[Stations], roads: [usize; 2]) -> b
     parts.iter().any(meet) && common(&a, &b).is_some()
 }
 
-/// A finding for every two roads or intersections on one level that overlap and are not attached to each other.
-pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
-    let mut grounds = road_grounds(network, &outlines.kept);
-    let rings = outlines.intersections.iter().map(|outline| &outline.ring[..]).enumerate();
-    let rings = rings.filter(|(_, ring)| !ring.is_empty());
-    grounds.extend(rings.map(|(i, ring)| Ground { owner: Owner::Intersection(i), shape: Shape::Area(ring) }));
-    of_pairs(network, &grounds, |a, b| {
-        if attached(network, a.owner, b.owner) {
-            return None;
+/// Leaves out of the corners of intersections what other roads cover, and makes a finding for every two roads or intersections on one
+/// level that still overlap and are not attached to each other.
+pub fn overlaps(network: &RoadNetwork, outlines: &mut Outlines) -> Vec<Finding> {
+    let pairs = {
+        let mut grounds = road_grounds(network, &outlines.kept);
+        let intersections = (0..outlines.intersections.len()).map(Owner::Intersection);
+        grounds.extend(intersections.filter_map(|owner| ground(network, outlines, owner)));
+        of_pairs(network, &grounds, |a, b| {
+            let apart = !attached(network, a.owner, b.owner);
+            (apart && common(a, b).is_some()).then_some([a.owner, b.owner])
+        })
+    };
+    clear_corners(network, outlines, &pairs);
+    let left = pairs.into_iter().filter_map(|owners| {
+        let [a, b] = [ground(network, outlines, owners[0])?, ground(network, outlines, owners[1])?];
+        Some(finding(network, owners, meeting(&a, &b), common(&a, &b)?))
+    });
+    left.collect()
+}
+
+/// Leaves out of the corners of each intersection what the other of a pair covers, unless a cut lies on it.
+fn clear_corners(network: &RoadNetwork, outlines: &mut Outlines, pairs: &[[Owner; 2]]) {
+    let mut others: BTreeMap<usize, Vec<Owner>> = BTreeMap::new();
+    for [a, b] in pairs {
+        for (owner, other) in [(a, b), (b, a)] {
+            if let Owner::Intersection(i) = owner {
+                others.entry(*i).or_default().push(*other);
+            }
         }
-        let area = common(a, b)?;
-        Some(finding(network, [a.owner, b.owner], meeting(a, b), area))
-    })
+    }
+    for (i, others) in others {
+        let others =
+            others.into_iter().filter_map(|other| ground(network, outlines, other)?.ring().map(Cow::into_owned));
+        let others: Vec<Vec<Point>> = others.collect();
+        if let Some(clear) = outlines.intersections[i].without(&others) {
+            outlines.intersections[i] = clear;
+        }
+    }
 }
 
 /// The owner of a ground, by index.
@@ -142,6 +168,17 @@ impl Part<'_> {
     /// Whether the two may overlap.
     fn meets(&self, other: &Self) -> bool {
         self.line.is_empty() || other.line.is_empty() || closer(self.line, other.line, self.half + other.half)
+    }
+}
+
+/// The ground of an owner; `None` if it has none.
+fn ground<'a>(network: &RoadNetwork, outlines: &'a Outlines, owner: Owner) -> Option<Ground<'a>> {
+    match owner {
+        Owner::Road(road) => road_ground(network, road, outlines.kept[road]),
+        Owner::Intersection(i) => {
+            let ring = &outlines.intersections[i].ring;
+            (!ring.is_empty()).then_some(Ground { owner, shape: Shape::Area(ring) })
+        }
     }
 }
 
