@@ -24,6 +24,8 @@ const SHARE: f64 = 0.5;
 const STEP: f64 = 0.5;
 /// A road that ends beside itself has led around a loop that is longer, metres, than this and its width.
 const LOOP_LEAST: f64 = 20.0;
+/// What lies less than this, metres, behind the end of a line lies before it: two roads that end at a gate face each other.
+const BEFORE: f64 = 0.01;
 /// Cells of this side, metres, hold the ground around dead ends.
 const CELL: f64 = 20.0;
 
@@ -90,7 +92,7 @@ impl DeadEnd<'_> {
             End::End => own.line.cut(0.0, far),
         };
         let rest = rest.as_ref().map(|line| (line, own.half_width()));
-        let covered = |place: &Point| others.iter().chain(&rest).any(|(line, half)| line.distance(*place) < *half);
+        let covered = |place: &Point| others.iter().chain(&rest).any(|(line, half)| lies_on(line, *half, *place));
         let most = MOST.min(length * SHARE);
         let mut steps = (0..).map(|i| STEP * f64::from(i)).take_while(|setback| *setback <= most);
         let clear = steps.find(|setback| !self.ground(*setback).iter().any(covered))?;
@@ -109,5 +111,13 @@ impl DeadEnd<'_> {
         let inner = |edge: f64| edge + (middle - edge).clamp(-BESIDE, BESIDE);
         let across = [inner(left), middle, inner(right)].map(|offset| on_cut(road, end, station, offset));
         across.into_iter().flat_map(|place| [place, place + beyond]).collect()
+    }
+}
+
+/// Whether a place lies on the ground of a road with this line and half width, metres, and not before an end of it.
+fn lies_on(line: &Polyline, half: f64, place: Point) -> bool {
+    line.distance(place) < half && {
+        let station = line.project(place).station;
+        station > BEFORE && station < line.length() - BEFORE
     }
 }
