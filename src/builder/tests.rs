@@ -344,7 +344,7 @@ fn a_dead_end_keeps_clear_of_a_carriageway_that_it_is_not_joined_to() {
     assert!(far > 4.0, "{far}: it ends where it is drawn to end");
     for end in [1.0, 0.2] {
         let gap = gap(end, "");
-        assert!((1.4..2.2).contains(&gap), "drawn to {end}: {gap} m are left");
+        assert!((3.0..3.6).contains(&gap), "drawn to {end}: {gap} m are left for the square at its end");
     }
     assert!(gap(0.2, "layer=1") < 0.5, "on another level nothing is in the way");
     let cut_off = gap_of(0.2, "", &[3, 4, 5]);

@@ -97,8 +97,8 @@ fn in_total(ours: &BTreeMap<String, Value>, theirs: &BTreeMap<String, Value>) ->
     let total = &ours["TOTAL"];
     let sum = |name: &str| -> f64 { ours.keys().filter_map(|place| theirs.get(place)).map(|m| number(m, name)).sum() };
     let most = [
-        ("int_bad_pct", 0.5),
-        ("road_bad_pct", 0.5),
+        ("int_bad_pct", 0.2),
+        ("road_bad_pct", 0.2),
         ("overlap_pct", 0.005),
         ("int_long", sum("int_long") - 1.0),
         ("longtrim", sum("longtrim") - 1.0),

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::hand_drawn::network_of;
+use crate::builder::network::hand_drawn::{self, network_of};
 use crate::geometry::{polygon, simple_ring};
 
 use super::outline::OutlineCase;
@@ -153,25 +153,52 @@ fn roads_that_cross_a_trunk_road_at_an_acute_angle_without_a_node_are_named() {
 fn guessed_widths_shrink_if_there_is_too_little_room() {
     // A road ends so close to another that it overlaps it.
     let nodes = [(1, -60.0, 0.0), (2, 60.0, 0.0), (3, 0.0, 2.7), (4, 0.0, 60.0)];
-    let town = |tags: &str| {
-        laid_out(
-            &nodes,
-            &[
-                way(1, &[1, 2], &format!("highway=residential lanes=2 {tags}")),
-                way(2, &[3, 4], "highway=residential lanes=2"),
-            ],
-        )
+    let narrowed = |tags: &str| {
+        let through = format!("highway=residential lanes=2 {tags}");
+        let network = network_of(&nodes, &[(1, &[1, 2], &through), (2, &[3, 4], "highway=residential lanes=2")]);
+        let whole: Vec<_> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+        let (network, findings) = narrow_roads(network, &whole);
+        let widths: Vec<f64> = network.roads.iter().map(|road| road.section.width()).collect();
+        (findings.iter().map(|finding| finding.fault).collect::<Vec<_>>(), widths)
     };
-    let widths = |streets: &Streets| streets.network.roads.iter().map(|road| road.section.width()).collect::<Vec<_>>();
-    let faults = |streets: &Streets| streets.findings.iter().map(|f| f.fault).collect::<Vec<_>>();
-    let guessed = town("");
-    assert_eq!(faults(&guessed), ["width-narrowed"]);
-    let [one, other] = widths(&guessed)[..] else { panic!("two roads") };
+    let (faults, widths) = narrowed("");
+    assert_eq!(faults, ["width-narrowed"]);
+    let [one, other] = widths[..] else { panic!("two roads") };
     assert!((5.3..5.45).contains(&one), "{one}");
     assert_eq!(other, 6.0);
-    let tagged = town("width=6");
-    assert_eq!(faults(&tagged), ["roads-overlap"]);
-    assert_eq!(widths(&tagged), [6.0, 6.0]);
+    assert_eq!(narrowed("width=6"), (vec![], vec![6.0, 6.0]));
+}
+
+#[test]
+fn dead_ends_on_a_carriageway_are_set_back_and_those_before_it_are_not() {
+    let end_of = |end: f64, tags: &str| {
+        let nodes = [(1, -60.0, 0.0), (2, 60.0, 0.0), (3, 0.0, end), (4, 0.0, 60.0)];
+        let ways = [
+            way(1, &[1, 2], "highway=residential lanes=2 width=6"),
+            way(2, &[3, 4], &format!("highway=residential lanes=2 width=6 {tags}")),
+        ];
+        let streets = laid_out(&nodes, &ways);
+        assert_valid(&streets);
+        assert!(streets.findings.is_empty(), "{:?}", streets.findings);
+        let road = streets.network.roads.iter().find(|road| road.key.way == 2).unwrap();
+        road.line.first().y.min(road.line.last().y)
+    };
+    for end in [0.5, 1.5, 2.7] {
+        let left = end_of(end, "");
+        assert!((2.5..=3.5).contains(&left), "drawn to {end}: {left}");
+    }
+    assert!((end_of(3.1, "") - 3.1).abs() < 0.01, "it ends where it is drawn to end");
+    assert!((end_of(1.5, "layer=1 bridge=yes") - 1.5).abs() < 0.01, "nothing is in the way on another level");
+}
+
+#[test]
+fn roads_that_face_each_other_at_a_gate_reach_up_to_it() {
+    let nodes = [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, "barrier=bollard"), (3, 60.0, 0.0, "")];
+    let drawn = hand_drawn::osm(&nodes, &[(1, &[1, 2, 3], "highway=residential")]);
+    let streets = streets(hand_drawn::network(&drawn), &StreetOptions::default());
+    assert_valid(&streets);
+    let lengths: Vec<f64> = streets.network.roads.iter().map(|road| road.line.length().round()).collect();
+    assert_eq!(lengths, [59.0; 2], "the barrier takes 1 m on either side");
 }
 
 /// A dual carriageway north and south of two nodes that are one intersection, streets to the west and east, a second

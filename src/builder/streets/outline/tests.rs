@@ -228,3 +228,25 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_corner_leaves_out_what_another_road_covers_unless_a_cut_lies_on_it() {
+    let network = network(&[arm(&[(0.0, 50.0)], 6.0), arm(&[(50.0, 0.0)], 6.0), arm(&[(-50.0, 0.0)], 6.0)]);
+    let outline = &assert_sound(&network).intersections[0];
+    let box_of = |[west, east]: [f64; 2], north: f64| {
+        vec![Point::new(west, -9.0), Point::new(west, north), Point::new(east, north), Point::new(east, -9.0)]
+    };
+    let past = box_of([-4.0, 4.0], -2.5);
+    assert!(polygon::overlap(&outline.ring, &past) > 3.9);
+    let clear = outline.without(std::slice::from_ref(&past)).unwrap();
+    assert!(polygon::overlap(&clear.ring, &past) < 0.01);
+    let kept = polygon::overlap(&clear.ring, &outline.ring) + polygon::overlap(&past, &outline.ring);
+    assert!((kept + polygon::signed_area(&outline.ring)).abs() < 0.01, "it keeps the rest");
+    assert_eq!(clear.cuts, outline.cuts);
+    for (i, corner) in clear.corners.iter().enumerate() {
+        let next = &clear.cuts[(i + 1) % clear.cuts.len()];
+        assert_eq!((corner.first(), corner.last()), (Some(&clear.cuts[i].left), Some(&next.right)));
+    }
+    assert!(outline.without(&[box_of([-20.0, 4.0], -2.5)]).is_none(), "a cut is covered");
+    assert!(outline.without(&[box_of([-1.0, 1.0], 20.0)]).is_none(), "it would fall apart");
+}
