@@ -62,7 +62,7 @@ pub fn overlaps(network: &RoadNetwork, outlines: &mut Outlines) -> Vec<Finding> 
     left.collect()
 }
 
-/// Leaves out of the corners of each intersection what the other of a pair covers, unless a cut lies on it.
+/// Leaves out of the corners of each intersection what the others of its pairs cover, or some of them where a cut lies on one.
 fn clear_corners(network: &RoadNetwork, outlines: &mut Outlines, pairs: &[[Owner; 2]]) {
     let mut others: BTreeMap<usize, Vec<Owner>> = BTreeMap::new();
     for [a, b] in pairs {
@@ -73,11 +73,18 @@ fn clear_corners(network: &RoadNetwork, outlines: &mut Outlines, pairs: &[[Owner
         }
     }
     for (i, others) in others {
-        let others =
+        let rings =
             others.into_iter().filter_map(|other| ground(network, outlines, other)?.ring().map(Cow::into_owned));
-        let others: Vec<Vec<Point>> = others.collect();
-        if let Some(clear) = outlines.intersections[i].without(&others) {
-            outlines.intersections[i] = clear;
+        let rings: Vec<Vec<Point>> = rings.collect();
+        let outline = &mut outlines.intersections[i];
+        if let Some(clear) = outline.without(&rings) {
+            *outline = clear;
+            continue;
+        }
+        for ring in rings.chunks(1) {
+            if let Some(clear) = outline.without(ring) {
+                *outline = clear;
+            }
         }
     }
 }
