@@ -41,8 +41,9 @@ pub struct Streets {
     pub findings: Vec<Finding>,
 }
 
-/// Lays out the streets: joins pieces of one road, eases bends, merges intersections, moves overlapping roads side by side,
-/// narrows those without room, sets heights and makes the outlines.
+/// Lays out the streets: joins pieces of one road, eases bends, merges intersections, ends roads before carriageways that they are not
+/// joined to, moves overlapping roads side by side, narrows those without room, sets heights, makes the outlines, and leaves out of
+/// their corners what other roads cover.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = join_continuations(network);
     // Snapped now, a road that no stage moves keeps its shape.
