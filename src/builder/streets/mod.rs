@@ -17,7 +17,7 @@ use super::network::{InnerRoad, Intersection, RoadNetwork};
 use alignment::{end_before_carriageways, lay_side_by_side, narrow_roads, smooth_bends};
 use consolidate::{ConsolidateOptions, MergeNote, consolidate, join_continuations};
 use heights::{HeightOptions, with_heights};
-use outline::{Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
+use outline::{Outlines, PlanCache, outlines_within, remaining, resolve_overlaps, wanted};
 
 /// Options of the stages.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +61,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (mut outlines, failed) = outlines_within(&network, &cut, &cache);
     let network = with_arms_in_cut_order(network, &outlines);
     findings.extend(failed);
-    let (merged, overlaps) = rayon::join(|| fully_merged(&network), || overlaps(&network, &mut outlines));
+    let (merged, overlaps) = rayon::join(|| fully_merged(&network), || resolve_overlaps(&network, &mut outlines));
     findings.extend(merged.into_iter().chain(overlaps));
     let (outlines, ()) = rayon::join(|| snap_grid::snap_outlines(outlines), || drop((cache, cut)));
     Streets { network, outlines, merges, findings }

@@ -1,4 +1,4 @@
-//! Ends roads before carriageways beside which they end, to which OpenStreetMap does not connect them.
+//! Shortens dead ends that are drawn on the carriageway of a road to which OpenStreetMap does not connect them.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -116,8 +116,6 @@ impl DeadEnd<'_> {
 
 /// Whether a place lies on the ground of a road with this line and half width, metres, and not before an end of it.
 fn lies_on(line: &Polyline, half: f64, place: Point) -> bool {
-    line.distance(place) < half && {
-        let station = line.project(place).station;
-        station > BEFORE && station < line.length() - BEFORE
-    }
+    let nearest = line.project(place);
+    nearest.offset.abs() < half && nearest.station > BEFORE && nearest.station < line.length() - BEFORE
 }

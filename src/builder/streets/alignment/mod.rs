@@ -1,4 +1,4 @@
-//! Bends and shifts OpenStreetMap's lines so that roads of their width can follow them.
+//! Bends, shifts and shortens OpenStreetMap's lines so that roads of their width can follow them.
 
 mod dead_ends;
 mod narrow_roads;

@@ -35,7 +35,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 pub use merged_outline::ribbon;
-pub use overlap::{overlap, overlapping, overlaps};
+pub use overlap::{overlap, overlapping, resolve_overlaps};
 pub use plan_cache::PlanCache;
 pub use thicken::MITER_LIMIT;
 

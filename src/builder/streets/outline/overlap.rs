@@ -44,7 +44,7 @@ pub fn overlap(network: &RoadNetwork, kept: &[Stations], roads: [usize; 2]) -> b
 
 /// Leaves out of the corners of intersections what other roads cover, and makes a finding for every two roads or intersections on one
 /// level that still overlap and are not attached to each other.
-pub fn overlaps(network: &RoadNetwork, outlines: &mut Outlines) -> Vec<Finding> {
+pub fn resolve_overlaps(network: &RoadNetwork, outlines: &mut Outlines) -> Vec<Finding> {
     let pairs = {
         let mut grounds = road_grounds(network, &outlines.kept);
         let intersections = (0..outlines.intersections.len()).map(Owner::Intersection);
