@@ -97,16 +97,27 @@ fn vehicles_stop_at_lights_before_the_place_where_a_lane_ends() {
 
 #[test]
 fn lights_hold_vehicles_where_a_road_divides() {
-    for side in SIDES {
-        let nodes =
-            [(1, 0.0, 0.0, "highway=traffic_signals"), (2, -100.0, 0.0, ""), (3, 100.0, 0.0, ""), (4, 60.0, 80.0, "")];
-        let ways: [(i64, &[i64]); 3] = [(10, &[2, 1]), (11, &[1, 3]), (12, &[1, 4])];
-        let xml = network(side, &nodes, &ways, "highway=residential oneway=yes lanes=1");
-        let Built { map, settings, .. } = built(&xml, side, "");
-        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
-        let held = held(&map, side);
-        assert_eq!(held.len(), 2, "both lanelets behind the stop line");
-        assert!(held.iter().all(|(lane, _)| !lane.attributes.has("intersection_area")));
+    // A road that leaves at 22 degrees, for which nobody signals, one at 53, and one at 127.
+    for (beyond, signalled) in [(100.0, false), (30.0, true), (-30.0, true)] {
+        for side in SIDES {
+            let off = (4, beyond, 40.0, "");
+            let nodes = [(1, 0.0, 0.0, "highway=traffic_signals"), (2, -100.0, 0.0, ""), (3, 100.0, 0.0, ""), off];
+            let ways: [(i64, &[i64]); 3] = [(10, &[2, 1]), (11, &[1, 3]), (12, &[1, 4])];
+            let xml = network(side, &nodes, &ways, "highway=residential oneway=yes lanes=1");
+            let Built { map, settings, .. } = built(&xml, side, "");
+            // Lanelets of an area that cross nobody are a note.
+            let told = if signalled { vec!["vm-03-12/no-conflict"; 2] } else { Vec::new() };
+            assert_eq!(found(&map, &settings), told, "{side:?}");
+            let held = held(&map, side);
+            assert_eq!(held.len(), 2, "both lanelets behind the stop line");
+            let mut turns: Vec<_> = held.iter().map(|(lane, _)| lane.attributes.get("turn_direction")).collect();
+            turns.sort_unstable();
+            let turn = if side == SIDES[0] { "left" } else { "right" };
+            let expected = if signalled { [Some(turn), Some("straight")] } else { [None; 2] };
+            assert_eq!(turns, expected, "{side:?} {beyond}");
+            let in_area = |lane: &Lanelet| lane.attributes.has("intersection_area");
+            assert!(held.iter().all(|(lane, _)| in_area(lane) == signalled), "{side:?} {beyond}");
+        }
     }
 }
 

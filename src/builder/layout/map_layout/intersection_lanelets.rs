@@ -11,6 +11,7 @@ use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices
 use crate::builder::intersection::lane_reassignment::reassignments;
 use crate::builder::intersection::movement::{movements, movements_instead};
 use crate::builder::intersection::movement_types::{Movement, Movements};
+use crate::builder::intersection::turn_direction::turn_direction;
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
 };
@@ -22,6 +23,7 @@ use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{angle_between, polygon};
+use crate::lanelet::TurnDirection;
 use crate::lanelet::index::JOINING;
 use crate::settings::BicycleLanes;
 
@@ -242,6 +244,7 @@ impl IntersectionLanelets {
             };
             let crosses = |it: &TurningLanelet| ruled || !joins_along(path, it);
             leaves_private_ground(network, intersection, path) && others.len() > 0
+                || by_area && turns_off(&self.drawn.paths, path)
                 || by_area && others.clone().any(|it| passes(it) && crosses(it))
                 || ring_arms(path) == [false, true] && others.any(leaves_ring)
         });
@@ -297,6 +300,13 @@ fn joins_along(path: &TurningLanelet, other: &TurningLanelet) -> bool {
 fn leaves_private_ground(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
     let public = [path.movement.from, path.movement.to].map(|arm| network.road(intersection.arms[arm].road).public);
     public == [false, true]
+}
+
+/// Whether vehicles turn off on a lanelet while others go on from the same road: Autoware signals the turn by its `turn_direction`.
+fn turns_off(paths: &[TurningLanelet], path: &TurningLanelet) -> bool {
+    let goes_elsewhere =
+        |it: &TurningLanelet| it.movement.from == path.movement.from && it.movement.to != path.movement.to;
+    turn_direction(path) != TurnDirection::Straight && paths.iter().any(goes_elsewhere)
 }
 
 /// Whether a bicycle lanelet and another lanelet at most touch: in an intersection without an area they must not cross.
