@@ -5,6 +5,7 @@ mod beside;
 mod document;
 mod inside;
 mod lights;
+mod loose_ends;
 mod markings;
 mod merge;
 mod roads;
@@ -19,6 +20,7 @@ pub use beside::{BesideSettings, BicycleLanes};
 pub use document::{Document, DocumentError, Step};
 pub use inside::{GuideLine, InsideSettings, Place, VirtualLightSettings};
 pub use lights::LightSettings;
+pub use loose_ends::LooseEnds;
 pub use markings::MarkingSettings;
 pub use merge::MergeSettings;
 pub use roads::{AssumeSettings, Highway, RoadSettings};
@@ -42,6 +44,9 @@ pub struct Settings {
     /// Ids of lanelets of subtype road that are bicycle lanes; a `bicycle_lane` is one by itself.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bicycle_lanes: Vec<i64>,
+    /// Lanelets that the streets leave without a way on.
+    #[serde(skip_serializing_if = "LooseEnds::is_empty")]
+    pub loose_ends: LooseEnds,
     /// Only rules and faults that one of these prefixes names.
     pub select: Option<Vec<String>>,
     /// No rules and faults that one of these prefixes names, unless a longer one of `select` does.
@@ -101,6 +106,7 @@ impl Settings {
         severity.extend(self.severity);
         self.intersection.extend(outer.intersection);
         self.bicycle_lanes.extend(outer.bicycle_lanes);
+        self.loose_ends.extend(outer.loose_ends);
         self.suppress.extend(outer.suppress);
         self.road.extend(outer.road);
         self.assume.extend(outer.assume);
@@ -113,6 +119,7 @@ impl Settings {
             origin: if self.projector.is_some() { self.origin } else { outer.origin },
             projector: self.projector.or(outer.projector),
             bicycle_lanes: self.bicycle_lanes,
+            loose_ends: self.loose_ends,
             select: self.select.or(outer.select),
             ignore: self.ignore.or(outer.ignore),
             severity,

@@ -151,6 +151,7 @@ impl Parts {
             (Some(all), Some(mut settings)) => {
                 all.intersection.append(&mut settings.intersection);
                 all.bicycle_lanes.append(&mut settings.bicycle_lanes);
+                all.loose_ends.extend(settings.loose_ends);
             }
             (None, settings) => self.settings = settings,
             (Some(_), None) => {}

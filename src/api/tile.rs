@@ -129,6 +129,7 @@ impl TileBuilder {
         let own: FxHashSet<i64> = divided.own.iter().copied().collect();
         settings.intersection.retain(|entry| entry.ia.is_some_and(|area| own.contains(&area)));
         settings.bicycle_lanes.retain(|lanelet| own.contains(lanelet));
+        settings.loose_ends.retain(|lanelet| own.contains(lanelet));
         let settings = toml::to_string(&settings).map_err(|error| unwritten(std::io::Error::other(error)))?;
         Ok(Record { divided, settings: Some(settings), contested, notes, findings })
     }

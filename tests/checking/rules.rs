@@ -250,6 +250,29 @@ fn roads_above_and_below_an_intersection_are_no_part_of_it() {
 }
 
 #[test]
+fn loose_ends_that_the_settings_name_are_infos() {
+    const ENDS: [&str; 2] = ["ends", "starts"];
+    const STARTS: [&str; 2] = ["starts", "ends"];
+    let cases = [
+        ("health/bad-dead-end.osm", ENDS, 901, "health/dead-end"),
+        ("health/bad-unreachable.osm", STARTS, 903, "health/unreachable"),
+        ("vm-03-04/bad-in-lane-dead-end.osm", ENDS, 205, "vm-03-04/in-lane-dead-end"),
+        ("vm-03-04/bad-out-lane-unreached.osm", STARTS, 206, "vm-03-04/out-lane-unreached"),
+    ];
+    for (name, [end, other_end], id, code) in cases {
+        let (_, loaded) = load(&root().join("tests/rules").join(name));
+        let severities = |settings: &str| -> Vec<Severity> {
+            let found = judge(&loaded, &toml::from_str(settings).unwrap());
+            found.iter().filter(|found| found.code == code).map(|found| found.severity).collect()
+        };
+        let unnamed = severities("");
+        assert!(unnamed.len() == 1 && unnamed[0] > Severity::Info, "{name}: {unnamed:?}");
+        assert_eq!(severities(&format!("loose_ends.{end} = [{id}]")), [Severity::Info], "{name}");
+        assert_eq!(severities(&format!("loose_ends.{other_end} = [{id}]")), unnamed, "{name}");
+    }
+}
+
+#[test]
 fn bad_maps_have_the_findings_in_their_text_files() {
     let mut wrong = Vec::new();
     for rule in rule_ids() {

@@ -6,7 +6,6 @@ use crate::builder::control::walkway::walkways;
 use crate::builder::intersection::area_outline::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
-use crate::builder::intersection::movement::ending_centre_lanes;
 use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turn_direction::{tag_turns, turn_direction};
 use crate::builder::intersection::turning_lanelets::{DrawnMovements, TurningLanelet, intersection_key};
@@ -20,10 +19,11 @@ use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId};
-use crate::settings::IntersectionSettings;
+use crate::settings::{IntersectionSettings, LooseEnds};
 
 use super::crossings::announce_to;
 use super::intersection_settings;
+use super::loose_ends::LooseLanes;
 use super::map_context::MapContext;
 
 use rustc_hash::FxHashSet;
@@ -39,6 +39,7 @@ pub(super) struct IntersectionOutput {
     pub(super) settings: Option<IntersectionSettings>,
     pub(super) bicycle_lanes: Vec<i64>,
     pub(super) has_area: bool,
+    pub(super) loose_ends: LooseEnds,
 }
 
 /// One intersection under construction.
@@ -74,7 +75,9 @@ impl<'a> IntersectionAssembly<'a> {
             one.output.bicycle_lanes = one.bicycles.paths.iter().map(|path| path.lanelet.0).collect();
         }
         let movements: Vec<Movement> = paths.iter().map(|path| path.movement).chain(dropped.iter().copied()).collect();
-        one.note_closed(intersection, &arms, &movements);
+        let loose = LooseLanes::of_intersection(context, intersection, &arms, &movements);
+        one.output.notes.extend(loose.notes);
+        one.output.loose_ends = loose.lanelets;
         one.announce_crosswalks(intersection, paths);
         one.walkways(intersection, paths);
         if let Some(area) = turning.area {
@@ -98,30 +101,6 @@ impl<'a> IntersectionAssembly<'a> {
                 .with(Subject::Way(to), "to")
                 .at(Place::Point(intersection.position));
             self.output.notes.push(finding);
-        }
-    }
-
-    /// Notes the lanes that no movement leaves or reaches, but for lanes for turns in the middle of a road.
-    fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
-        let node = intersection.nodes.first().copied().unwrap_or_default();
-        let ending = ending_centre_lanes(arms);
-        for (i, arm) in arms.iter().enumerate() {
-            let way = self.context.network.road(arm.at.road).key.way;
-            let [ending_in, beginning_out] = &ending[i];
-            let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
-            let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
-            let ends =
-                (0..arm.into.len()).filter(|lane| !led_on(*lane) && !ending_in.contains(lane)).map(|_| "on from");
-            let begins =
-                (0..arm.out.len()).filter(|lane| !led_to(*lane) && !beginning_out.contains(lane)).map(|_| "to");
-            for whither in ends.chain(begins) {
-                let message =
-                    format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");
-                let finding = Finding::new("lane-closed", Subject::Way(way), message);
-                self.output
-                    .notes
-                    .push(finding.with(Subject::Node(node), "there").at(Place::Point(intersection.position)));
-            }
         }
     }
 
@@ -164,7 +143,7 @@ impl<'a> IntersectionAssembly<'a> {
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
     }
 
-    /// Adds the lights where no lanelets cross, as where a road divides, on the arms that they face.
+    /// Adds the lights where no lanelets cross, as where a road divides at a small angle, on the arms that they face.
     fn lights(&mut self, intersection: &Intersection, arms: &[&Arm], paths: &[TurningLanelet]) {
         let (driving, key) = (self.context.network.side, intersection_key("intersection", intersection).word("arm"));
         let bicycles = std::mem::take(&mut self.bicycles);

@@ -3,6 +3,7 @@
 mod crossings;
 mod intersection;
 pub mod intersection_settings;
+mod loose_ends;
 mod map_context;
 mod right_of_way;
 
@@ -21,6 +22,7 @@ use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
 use crossings::Crossings;
 use intersection::{IntersectionAssembly, IntersectionOutput};
+use loose_ends::LooseLanes;
 use map_context::MapContext;
 
 /// A map in local metres, without longitude and latitude.
@@ -57,6 +59,7 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
     let context = MapContext { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
+    let dead_ends = LooseLanes::of_dead_ends(&context);
     let passed = network.intersections.iter().zip(turning).filter_map(|(at, turning)| Some((at, turning?)));
     let (passed, turning): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
     let finish = |(at, turning): (&Intersection, Box<IntersectionLanelets>)| {
@@ -67,8 +70,11 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // The whole map takes the most memory, so everything that it was made from is freed meanwhile.
     let done = (crossings, lanes, lines, owned_network);
     whole.map = rayon::join(|| assembly.finish(parts), || drop(done)).0;
-    for IntersectionOutput { notes, settings, bicycle_lanes, has_area } in outputs {
+    whole.notes.extend(dead_ends.notes);
+    whole.settings.loose_ends = dead_ends.lanelets;
+    for IntersectionOutput { notes, settings, bicycle_lanes, has_area, loose_ends } in outputs {
         whole.notes.extend(notes);
+        whole.settings.loose_ends.extend(loose_ends);
         whole.settings.intersection.extend(settings);
         whole.settings.bicycle_lanes.extend(bicycle_lanes);
         whole.areas += usize::from(has_area);

@@ -1,6 +1,6 @@
 //! Lanes inside the map that lead nowhere, or into which nothing leads.
 
-use crate::diagnostic::{Finding, Place};
+use crate::diagnostic::{Finding, Place, Severity};
 use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
@@ -12,7 +12,7 @@ use super::params::{Params, subject};
 pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let Some(border) = border(map) else { return Vec::new() };
     let inside = |edge: &Edge| border.distance(edge.middle()) > params.map_border;
-    let mut findings = Vec::new();
+    let (mut findings, loose) = (Vec::new(), &map.settings.loose_ends);
     for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
         let lane = &map.lanes[at];
         // What has a lane beside it that goes on is an added or a dropped lane: vm-07-06.
@@ -27,7 +27,8 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
             && !turns(map, params, at, true)
         {
             let message = format!("Lane {} ends inside the map, and no lane leads away from there.", lane.id);
-            findings.push(found(map, at, "dead-end", message, &lane.end));
+            let known = loose.ends.contains(&lane.id.0);
+            findings.push(found(map, at, "dead-end", message, &lane.end, known));
         }
         if !links.starts.contains(&at)
             && map.predecessors(at).is_empty()
@@ -36,14 +37,17 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
             && !turns(map, params, at, false)
         {
             let message = format!("Lane {} starts inside the map, and no lane leads there.", lane.id);
-            findings.push(found(map, at, "unreachable", message, &lane.start));
+            let known = loose.starts.contains(&lane.id.0);
+            findings.push(found(map, at, "unreachable", message, &lane.start, known));
         }
     }
     findings
 }
 
-fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: &Edge) -> Finding {
-    Finding::new(fault, subject(map, at), message).at(Place::Line(edge.points.to_vec()))
+/// A loose end; a note if it is `known` that the streets lead nowhere there.
+fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: &Edge, known: bool) -> Finding {
+    let finding = Finding::new(fault, subject(map, at), message).at(Place::Line(edge.points.to_vec()));
+    if known { finding.graded(Severity::Info) } else { finding }
 }
 
 /// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04.

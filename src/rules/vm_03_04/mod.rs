@@ -75,19 +75,21 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
                 "in-lane-dead-end",
                 ends_here && missed(&lane.end, map.followers(at), true),
                 format!("Lane {} enters intersection {area} but no lanelet continues it.", lane.id),
-                &lane.end,
+                (&lane.end, &map.settings.loose_ends.ends),
             ),
             (
                 "out-lane-unreached",
                 starts_here && missed(&lane.start, map.predecessors(at), false),
                 format!("No lanelet of intersection {area} leads to lane {}.", lane.id),
-                &lane.start,
+                (&lane.start, &map.settings.loose_ends.starts),
             ),
         ];
-        for (fault, _, message, edge) in ends.into_iter().filter(|(_, broken, ..)| *broken) {
+        for (fault, _, message, (edge, known)) in ends.into_iter().filter(|(_, broken, ..)| *broken) {
             let finding = Finding::new(fault, Subject::Lanelet(lane.id.0), message);
             let finding = finding.with(Subject::Polygon(area.0), "intersection area");
-            findings.push(finding.at(Place::Line(edge.points.to_vec())));
+            let finding = finding.at(Place::Line(edge.points.to_vec()));
+            let is_known = known.contains(&lane.id.0);
+            findings.push(if is_known { finding.graded(Severity::Info) } else { finding });
         }
     }
     findings
