@@ -14,6 +14,8 @@ const TURN_STEP: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// A bend may be tighter by this part of the radius: coordinates are rounded.
 const TOLERANCE: f64 = 0.02;
 
+/// A vertex is left out if the line moves by no more than this, metres.
+const MAX_THINNING: f64 = 0.05;
 /// The largest number of rounds. Each rounds the joints between the arcs of the round before.
 const ROUNDS: usize = 3;
 /// The number of vertices before and behind a corner that an arc may replace: bends are local.
@@ -55,6 +57,7 @@ impl Rounding {
             }
             rounded = next;
         }
+        thin_tight_bends(&mut rounded, self.min_radius * (1.0 - TOLERANCE));
         Cow::Owned(rounded)
     }
 
@@ -247,6 +250,39 @@ fn tightest(line: &[Point]) -> f64 {
     line.windows(3).fold(f64::INFINITY, |least, w| radius_below([w[0], w[1], w[2]], least).unwrap_or(least))
 }
 
+/// Leaves out vertices at bends tighter than `least` metres where the line becomes wider without them: where arcs meet, some lie close
+/// together and bend more than the line around them.
+fn thin_tight_bends(line: &mut Vec<Point>, least: f64) {
+    let mut at = 1;
+    while at + 1 < line.len() {
+        let Some(radius) = radius_below([line[at - 1], line[at], line[at + 1]], least) else {
+            at += 1;
+            continue;
+        };
+        let inner = (at - 1).max(1)..(at + 2).min(line.len() - 1);
+        let without = inner.filter_map(|leave| Some((radius_without(line, leave, least)?, leave)));
+        match without.max_by(|(a, _), (b, _)| a.total_cmp(b)) {
+            Some((wider, leave)) if wider > radius => {
+                line.remove(leave);
+                at = at.saturating_sub(2).max(1);
+            }
+            _ => at += 1,
+        }
+    }
+}
+
+/// The smallest radius, metres, at most `least`, of the bends beside an inner vertex if it is left out; `None` if that moves the line
+/// too far.
+fn radius_without(line: &[Point], leave: usize, least: f64) -> Option<f64> {
+    let chord = Polyline::new([line[leave - 1], line[leave + 1]])?;
+    if chord.distance(line[leave]) > MAX_THINNING {
+        return None;
+    }
+    let around = leave.saturating_sub(3)..(leave + 4).min(line.len());
+    let left: Vec<Point> = around.filter(|&i| i != leave).map(|i| line[i]).collect();
+    Some(left.windows(3).filter_map(|w| radius_below([w[0], w[1], w[2]], least)).fold(least, f64::min))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,6 +339,21 @@ mod tests {
             assert!(tightest(&slight) > 1.95, "{}", tightest(&slight));
             let sharp = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)], side)).into_owned();
             assert!((1.4..1.5).contains(&tightest(&sharp)), "{}", tightest(&sharp));
+        }
+    }
+
+    #[test]
+    fn vertices_close_together_are_left_out_of_a_bend() {
+        for side in [1.0, -1.0] {
+            // A quarter of a circle of 1.25 m with a vertex that stands out by 1 cm.
+            let mut bend = quarter(1.25, side);
+            let outward = (bend[5] - Point::new(5.0, 1.25 * side)).normalize();
+            bend[5] += outward * 0.01;
+            assert!(tightest(&bend) < 0.9, "{}", tightest(&bend));
+            let ends = [bend.first().copied(), bend.last().copied()];
+            thin_tight_bends(&mut bend, 1.2);
+            assert!(tightest(&bend) > 1.1 && bend.len() > 8, "{} {}", tightest(&bend), bend.len());
+            assert_eq!([bend.first().copied(), bend.last().copied()], ends);
         }
     }
 
