@@ -272,7 +272,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
     settings.sort();
     if profile == Profile::Tier4 {
-        tier4::suit_validator(&mut map);
+        tier4::suit_validator(&mut map, &mut settings);
     }
     let summary = Summary {
         roads,

@@ -1,5 +1,7 @@
 //! Lanelets as TIER IV's validator sees them: who conflicts, and how an element of theirs is judged.
 
+use std::collections::BTreeMap;
+
 use crate::geometry::angle_between;
 use crate::lanelet::RegulatoryElement;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
@@ -53,6 +55,17 @@ impl<'v, 'm> LanesSeen<'v, 'm> {
         let lights = light(self.view, seen).zip(light(self.view, beside));
         let angle = lights.map_or(0.0, |((_, own), (_, theirs))| angle_between(own, theirs).abs().to_degrees());
         angle > 180.0 - SAME_TIMING && turns_before(beside, seen)
+    }
+
+    /// The lanelets of each area, by position.
+    pub fn areas(&self) -> BTreeMap<i64, Vec<usize>> {
+        let mut areas: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+        for (at, seen) in self.view.lanelets.iter().enumerate().filter(|(at, _)| self.graph.passes(*at)) {
+            if let Some(area) = seen.area_tag() {
+                areas.entry(area).or_default().push(at);
+            }
+        }
+        areas
     }
 
     /// The `right_of_way` element of a lanelet.

@@ -3,6 +3,7 @@
 //! Each change is safe by Autoware's documents: a vehicle drives more slowly than it might, or waits where it need not.
 
 mod bus_lanes;
+mod idle_areas;
 mod lanes_seen;
 mod lights;
 mod right_of_way;
@@ -11,17 +12,19 @@ use rustc_hash::FxHashSet;
 
 use super::map_editor::drop_elements;
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement};
+use crate::settings::Settings;
 
 /// The highest speed limit that the validator takes, km/h.
 const SPEED_MOST: u32 = 80;
 
-/// Changes a map as the validator reads the requirements.
-pub fn suit_validator(map: &mut LaneletMap) {
+/// Changes a map, and what is known of its intersections, as the validator reads the requirements.
+pub fn suit_validator(map: &mut LaneletMap, settings: &mut Settings) {
     lower_speed_limits(map);
     drop_give_way_elements(map);
     retag_walkways(map);
     bus_lanes::retag_bus_lanes(map);
     lights::turn_lights(map);
+    idle_areas::drop_idle_areas(map, settings);
     right_of_way::suit_validator(map);
 }
 

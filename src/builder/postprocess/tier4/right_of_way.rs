@@ -6,7 +6,7 @@
 //! The validator also wants one lanelet of each area to have an element. If no lanelet goes before all others, two lanelets share an
 //! element, because the validator does not judge the list of a shared one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -84,17 +84,6 @@ impl<'m> LanesSeen<'_, 'm> {
             return kept;
         }
         self.unwatched(at, listed).into_iter().chain(listed.iter().copied()).take(1).collect()
-    }
-
-    /// The lanelets of each area, by position.
-    fn areas(&self) -> BTreeMap<i64, Vec<usize>> {
-        let mut areas: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
-        for (at, seen) in self.view.lanelets.iter().enumerate().filter(|(at, _)| self.graph.passes(*at)) {
-            if let Some(area) = seen.area_tag() {
-                areas.entry(area).or_default().push(at);
-            }
-        }
-        areas
     }
 
     /// An element for an area in which no lanelet goes before all others. `listed` has the lanelets that each lanelet may ignore.
