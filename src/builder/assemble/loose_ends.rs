@@ -13,6 +13,7 @@ use super::map_context::MapContext;
 #[derive(Default)]
 pub(super) struct LooseLanes {
     pub(super) notes: Vec<Finding>,
+    /// Those of them for which no road leads on.
     pub(super) lanelets: LooseEnds,
 }
 
@@ -22,9 +23,15 @@ impl LooseLanes {
         let mut loose = Self::default();
         for dead_end in context.network.intersections.iter().filter(|it| it.arms.len() == 1) {
             let arm = context.lanes.arm(dead_end.arms[0]);
-            let lanes = if arm.out.is_empty() { &arm.into } else { &arm.out };
-            if arm.into.is_empty() || arm.out.is_empty() {
-                lanes.iter().for_each(|lane| loose.add(context, dead_end, (arm, lane), arm.out.is_empty()));
+            let (lanes, ends) = if arm.out.is_empty() { (&arm.into, true) } else { (&arm.out, false) };
+            if !arm.into.is_empty() && !arm.out.is_empty() {
+                continue;
+            }
+            for lane in lanes {
+                loose.name(context, lane, ends);
+                if !dead_end.map_edge {
+                    loose.note(context, dead_end, arm, ends);
+                }
             }
         }
         loose
@@ -41,22 +48,33 @@ impl LooseLanes {
         let centre_lanes = ending_centre_lanes(arms);
         for (i, arm) in arms.iter().enumerate() {
             let [ending_in, beginning_out] = &centre_lanes[i];
-            let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
-            let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
-            let ends = arm.into.iter().enumerate().filter(|(lane, _)| !led_on(*lane) && !ending_in.contains(lane));
-            ends.for_each(|(_, lane)| loose.add(context, intersection, (arm, lane), true));
-            let begins = arm.out.iter().enumerate().filter(|(lane, _)| !led_to(*lane) && !beginning_out.contains(lane));
-            begins.for_each(|(_, lane)| loose.add(context, intersection, (arm, lane), false));
+            for (lanes, ending, ends) in [(&arm.into, ending_in, true), (&arm.out, beginning_out, false)] {
+                let uses = |m: &Movement, lane: usize| {
+                    let of_arm = if ends { (m.from, m.in_lane) } else { (m.to, m.out_lane) };
+                    of_arm == (i, lane)
+                };
+                let is_loose = |lane: &usize| !ending.contains(lane) && !movements.iter().any(|m| uses(m, *lane));
+                let mut others = (0..arms.len()).filter(|&other| other != i).map(|other| arms[other]);
+                let leads_on = others.any(|other| !if ends { &other.out } else { &other.into }.is_empty());
+                for lane in (0..lanes.len()).filter(is_loose) {
+                    loose.note(context, intersection, arm, ends);
+                    if !leads_on {
+                        loose.name(context, &lanes[lane], ends);
+                    }
+                }
+            }
         }
         loose
     }
 
-    fn add(&mut self, context: &MapContext, at: &Intersection, (arm, lane): (&Arm, &ArmLane), ends: bool) {
+    /// Names a lane's lanelet.
+    fn name(&mut self, context: &MapContext, lane: &ArmLane, ends: bool) {
         let lanelets = if ends { &mut self.lanelets.ends } else { &mut self.lanelets.starts };
         lanelets.insert(context.lanes.lanes[lane.lane].lanelet.0);
-        if at.map_edge {
-            return;
-        }
+    }
+
+    /// Notes that a lane of a road ends or begins there.
+    fn note(&mut self, context: &MapContext, at: &Intersection, arm: &Arm, ends: bool) {
         let (way, node) = (context.network.road(arm.at.road).key.way, at.first_node());
         let whither = if ends { "on from" } else { "to" };
         let message = format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");
