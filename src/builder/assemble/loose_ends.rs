@@ -4,7 +4,7 @@ use crate::builder::intersection::movement::ending_centre_lanes;
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::Intersection;
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::settings::LooseEnds;
 
 use super::map_context::MapContext;
@@ -27,11 +27,9 @@ impl LooseLanes {
             if !arm.into.is_empty() && !arm.out.is_empty() {
                 continue;
             }
-            for lane in lanes {
-                loose.name(context, lane, ends);
-                if !dead_end.map_edge {
-                    loose.note(context, dead_end, arm, ends);
-                }
+            lanes.iter().for_each(|lane| loose.name(context, lane, ends));
+            if !dead_end.map_edge {
+                loose.note_dead_end(context, dead_end, arm, ends);
             }
         }
         loose
@@ -71,6 +69,17 @@ impl LooseLanes {
     fn name(&mut self, context: &MapContext, lane: &ArmLane, ends: bool) {
         let lanelets = if ends { &mut self.lanelets.ends } else { &mut self.lanelets.starts };
         lanelets.insert(context.lanes.lanes[lane.lane].lanelet.0);
+    }
+
+    /// Notes that a one-way road ends or begins where no other road is: at a barrier, its node is none of the input.
+    fn note_dead_end(&mut self, context: &MapContext, at: &Intersection, arm: &Arm, ends: bool) {
+        let way = context.network.road(arm.at.road).key.way;
+        let message = match ends {
+            true => format!("way {way} is one-way, and no road leads on where it ends"),
+            false => format!("way {way} is one-way, and no road leads to where it begins"),
+        };
+        let finding = Finding::new("lane-closed", Subject::Way(way), message).graded(Severity::Info);
+        self.notes.push(finding.at(Place::Point(at.position)));
     }
 
     /// Notes that a lane of a road ends or begins there.
