@@ -3,7 +3,7 @@
 use crate::builder::intersection::movement::ending_centre_lanes;
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::lanes::types::{Arm, ArmLane};
-use crate::builder::network::Intersection;
+use crate::builder::network::{ClosedBy, Intersection};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::settings::LooseEnds;
 
@@ -18,17 +18,19 @@ pub(super) struct LooseLanes {
 }
 
 impl LooseLanes {
-    /// Those at the dead ends of one-way streets, and where the data end. Where a street has both directions, vehicles turn.
+    /// Those at the dead ends of one-way streets, where the data end, and where restrictions forbid every turn. Where a street has both
+    /// directions, vehicles turn.
     pub(super) fn of_dead_ends(context: &MapContext) -> Self {
         let mut loose = Self::default();
         for dead_end in context.network.intersections.iter().filter(|it| it.arms.len() == 1) {
             let arm = context.lanes.arm(dead_end.arms[0]);
             let (lanes, ends) = if arm.out.is_empty() { (&arm.into, true) } else { (&arm.out, false) };
-            if !arm.into.is_empty() && !arm.out.is_empty() {
+            let by_input = !matches!(dead_end.closed_by, Some(ClosedBy::Angle | ClosedBy::Room));
+            if !by_input || !arm.into.is_empty() && !arm.out.is_empty() {
                 continue;
             }
             lanes.iter().for_each(|lane| loose.name(context, lane, ends));
-            if !dead_end.map_edge {
+            if !dead_end.map_edge && dead_end.closed_by.is_none() {
                 loose.note_dead_end(context, dead_end, arm, ends);
             }
         }

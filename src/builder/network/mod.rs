@@ -5,6 +5,7 @@ pub mod approach_control;
 mod arm_order;
 mod assumed_bridges;
 mod barriers;
+mod closed_by;
 mod connectivity;
 mod crossing_assignment;
 mod crossing_ways;
@@ -44,8 +45,10 @@ use crate::settings::{BesideSettings, MarkingSettings};
 use super::ids::Key;
 use super::tags::cross_section::{CrossSection, Travel};
 use super::tags::road_class::{DrivingSide, RoadClass};
+
 pub(crate) use access::class as class_of;
 pub(crate) use arm_order::{Ray, clockwise};
+pub use closed_by::ClosedBy;
 pub(crate) use connectivity::cross;
 pub use frame::ToMetres;
 pub use index::{IntersectionIx, RoadIx};
@@ -275,6 +278,8 @@ pub struct Intersection {
     pub arms: Vec<RoadEnd>,
     /// Whether the data ends here: a way goes on to missing nodes, or a single road ends on or outside the bounds of the data.
     pub map_edge: bool,
+    /// What keeps vehicles from all turns, if the build ends a road here before its intersection.
+    pub closed_by: Option<ClosedBy>,
     /// Whether it has traffic lights, on its nodes or on its arms.
     pub signals: bool,
     /// `highway=stop` with `stop=all`, or stop signs on every arm.
@@ -298,6 +303,7 @@ impl Intersection {
             position,
             arms,
             map_edge: false,
+            closed_by: None,
             signals: false,
             all_way_stop: false,
             circle: None,

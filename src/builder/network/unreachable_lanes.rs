@@ -7,6 +7,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, cross};
 
+use super::closed_by::ClosedBy;
 use super::resolved_restrictions::ResolvedRestrictions;
 use super::road_end::{at_depth, leads_out, outward};
 use super::turn_angle::{STRAIGHT, TURNS_BACK, turn};
@@ -44,7 +45,7 @@ pub fn without_unreachable_lanes(
     let closed: Vec<ClosedLanes> = ends.flat_map(|at| closed_lanes(&network, &restrictions, at)).collect();
     let notes = closed.iter().map(|closed| closed.note(&network)).collect();
     for closed in closed.iter().filter(|closed| closed.whole_end) {
-        detach(&mut network, &mut kept, closed.at);
+        detach(&mut network, &mut kept, closed.at, closed.why);
     }
     (network, kept, notes)
 }
@@ -73,18 +74,6 @@ struct ClosedLanes {
     why: ClosedBy,
     /// Whether that is so of all lanes at this end, and other roads would lead on.
     whole_end: bool,
-}
-
-/// What keeps vehicles from a turn.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum ClosedBy {
-    /// No other road leads that way.
-    OneWays,
-    Restrictions,
-    /// All turns would turn back.
-    Angle,
-    /// There is no room for a lanelet.
-    Room,
 }
 
 impl ClosedLanes {
@@ -172,13 +161,15 @@ pub fn end_road_without_turns(
     kept: &mut [Stations],
     at: RoadEnd,
 ) -> Vec<Finding> {
+    let why = |away: bool| closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Room);
     let note = |away: bool| {
-        let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Room);
+        let why = why(away);
         ClosedLanes { at, travel: travel(at.end, away), why, whole_end: true }.note(network)
     };
-    let directions = [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
-    let notes: Vec<Finding> = directions.map(note).collect();
-    if !notes.is_empty() && detach(network, kept, at) { notes } else { Vec::new() }
+    let directions = || [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
+    let notes: Vec<Finding> = directions().map(note).collect();
+    let Some(why) = directions().map(why).next() else { return Vec::new() };
+    if detach(network, kept, at, why) { notes } else { Vec::new() }
 }
 
 /// Takes from a road the direction for which no lanelet leads to it at its end (`away`) or from it, though one does for the other
@@ -205,8 +196,8 @@ pub fn direct_half_served(
     Some(note)
 }
 
-/// Ends a road before its intersection; `false` where it is too short or the only road there.
-fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) -> bool {
+/// Ends a road before its intersection because of `why`; `false` where it is too short or the only road there.
+fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd, why: ClosedBy) -> bool {
     let old = network.intersection_at(at);
     let RoadKey { way, first, last, turn } = network.road(at.road).key;
     let [from, to] = kept[at.road];
@@ -219,7 +210,8 @@ fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) -> bool
     let new = IntersectionIx::new(network.intersections.len());
     let nodes = vec![key.number(at.end.index() as i64).new_node()];
     let position = network.road(at.road).line.at(station);
-    network.intersections.push(Intersection::of_arms(nodes, position, vec![at]));
+    let end = Intersection { closed_by: Some(why), ..Intersection::of_arms(nodes, position, vec![at]) };
+    network.intersections.push(end);
     network.intersections[old].arms.retain(|arm| *arm != at);
     let road = &mut network.roads[at.road];
     match at.end {

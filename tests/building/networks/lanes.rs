@@ -3,11 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::builder::Built;
-use lanewright::diagnostic::Severity;
 use lanewright::lanelet::{Lanelet, LaneletMap, Loaded, PointId};
-use lanewright::settings::Settings;
-
-use crate::common::judging::judge;
 
 use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
 
@@ -365,40 +361,5 @@ fn a_road_loses_the_direction_in_which_cars_would_have_to_turn_back_on_the_spot(
         let told = notes.iter().filter(|note| note.message.ends_with(told)).count();
         assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
         assert_eq!(found_of_geometry(&map, &settings), Vec::<&str>::new(), "{side:?}");
-    }
-}
-
-#[test]
-fn a_one_way_street_that_begins_where_none_leads_is_a_note() {
-    for side in SIDES {
-        // It begins 40 m beside another street, and ends at that behind it.
-        let nodes = [
-            (1, -200.0, 300.0, ""),
-            (2, 200.0, 300.0, ""),
-            (3, 200.0, 40.0, ""),
-            (4, 200.0, -300.0, ""),
-            (5, 0.0, -300.0, ""),
-            (6, -200.0, -300.0, ""),
-            (7, -200.0, 40.0, ""),
-            (8, 0.0, 0.0, ""),
-            (9, 0.0, 41.0, ""),
-        ];
-        let street = "highway=residential";
-        let ways: [(i64, &[i64], &str); 3] = [
-            (11, &[1, 2, 3, 4, 5, 6, 7, 1], street),
-            (12, &[7, 9, 3], street),
-            (13, &[8, 5], "highway=residential oneway=yes"),
-        ];
-        let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
-        let told: Vec<&str> =
-            notes.iter().filter(|note| note.fault == "lane-closed").map(|note| &*note.message).collect();
-        assert_eq!(told, ["way 13 is one-way, and no road leads to where it begins"], "{side:?}");
-        let graded = |settings: &Settings| {
-            let found = judge(&Loaded { map: map.clone(), faults: Vec::new() }, settings);
-            let unreachable = found.into_iter().filter(|it| it.code == "health/unreachable");
-            unreachable.map(|it| it.severity).collect::<Vec<_>>()
-        };
-        assert_eq!(graded(&settings), [Severity::Info], "{side:?}");
-        assert_eq!(graded(&Settings::default()), [Severity::Warning], "{side:?}");
     }
 }

@@ -5,6 +5,7 @@ mod bridges;
 mod crossing_lights;
 mod inside;
 mod lanes;
+mod loose_ends;
 mod mid_block_lights;
 mod shapes;
 mod signals;

@@ -307,6 +307,7 @@ fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &RestrictionIndex<'_>
         position: Point::from(centre / members.len() as f64),
         arms: cluster.contour.clone(),
         map_edge: false,
+        closed_by: None,
         signals: members.iter().any(|m| m.signals),
         all_way_stop: !crossroads.is_empty() && crossroads.iter().all(|m| m.all_way_stop),
         circle: members.iter().find_map(|m| m.circle.clone()),
