@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::builder::Built;
-use lanewright::lanelet::{Lanelet, LaneletMap, Loaded, PointId};
+use lanewright::lanelet::{Lanelet, LaneletMap, PointId};
 
 use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
 
