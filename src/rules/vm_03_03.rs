@@ -26,6 +26,10 @@ const STEP: f64 = 1.0;
 const EXACT: f64 = 0.01;
 /// Curvature is measured over steps of this length, metres, as Autoware's paths are.
 const CURVATURE_STEP: f64 = 2.0;
+/// Over so many steps the bend of a lane next to a lanelet is measured.
+const BEND_STEPS: usize = 4;
+/// A bend goes on if it is at most so many times as tight as that before it.
+const BENDS_ON: f64 = 1.5;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -160,16 +164,20 @@ fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding>
     Some(finding.measured(1.0 / radius, params.curvature[0], "1/m").at(Place::Point(place)).graded(severity))
 }
 
-/// Bends to and fro: the sum of all bends without the turn as a whole, and without the bends that the directions at the ends
-/// require.
+/// Bends to and fro, without those that the directions at the ends require, or without those that go on with the bend of the lane
+/// before or lead into that of the lane behind, as at small roundabouts.
 fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<Finding> {
     let lane = &map.lanes[at];
     let ends = headings(map, at);
     let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
-        let turns = turns(&line.resampled(STEP));
-        let jagged = turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs();
-        let jagged = jagged - asked(&line, &ends);
+        let mut turns = turns(&line.resampled(STEP));
+        let jagged = to_and_fro(&turns) - asked(&line, &ends);
         let limits = if way.is_some() { params.jagged } else { [params.jagged_center, f64::INFINITY] };
+        grade(jagged, limits)?;
+        without_bends_that_go_on(&mut turns, &bends_next_to(map, at, name, true));
+        turns.reverse();
+        without_bends_that_go_on(&mut turns, &bends_next_to(map, at, name, false));
+        let jagged = jagged.min(to_and_fro(&turns));
         let severity = grade(jagged, limits)?;
         let message = format!("{name} of {} zig-zags by {jagged:.0} deg.", lane.id);
         let finding = Finding::new("jagged", Subject::Lanelet(lane.id.0), message);
@@ -180,6 +188,39 @@ fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> 
         })
     });
     findings.collect()
+}
+
+/// The sum of all bends without the turn as a whole, degrees.
+fn to_and_fro(turns: &[f64]) -> f64 {
+    turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs()
+}
+
+/// Takes from the first bends what goes on with a bend at the end of a line before, degrees for each step.
+fn without_bends_that_go_on(turns: &mut [f64], before: &[f64]) {
+    let Some(side) = turns.iter().find(|turn| turn.abs() > 1.0).map(|turn| turn.signum()) else { return };
+    let most = BENDS_ON * before.iter().map(|bend| bend * side).fold(0.0, f64::max);
+    for turn in turns.iter_mut().take_while(|turn| **turn * side > -1.0) {
+        *turn -= turn.signum() * turn.abs().min(most);
+    }
+}
+
+/// The mean bends of the lines of that name of the lanes before a lane, or behind it, over their steps next to it, degrees for each
+/// step. Beyond a lane that is too short, those of the lanes next to that one.
+fn bends_next_to(map: &MapIndex, at: usize, name: &str, before: bool) -> Vec<f64> {
+    let next_to = |at| if before { map.predecessors(at) } else { map.followers(at) };
+    let bend = |&lane: &usize| {
+        let lane = &map.lanes[lane];
+        let (_, _, line) = lines(lane, lane.center.as_ref()?).into_iter().find(|line| line.0 == name)?;
+        let turns = turns(&line.resampled(STEP));
+        let count = turns.len().min(BEND_STEPS);
+        let near = if before { &turns[turns.len() - count..] } else { &turns[..count] };
+        (count > 1).then(|| near.iter().sum::<f64>() / count as f64)
+    };
+    let bends = |lane: &usize| match bend(lane) {
+        Some(bend) => vec![bend],
+        None => next_to(*lane).iter().filter_map(bend).collect(),
+    };
+    next_to(at).iter().flat_map(bends).collect()
 }
 
 /// The directions of the lanes before and behind, in all pairs.
@@ -230,10 +271,8 @@ fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
 mod tests {
     use super::*;
 
-    /// Bends back and forth, degrees.
     fn zig_zag(line: &Polyline) -> f64 {
-        let turns = turns(&line.resampled(STEP));
-        turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs()
+        to_and_fro(&turns(&line.resampled(STEP)))
     }
 
     fn line(place: impl Fn(f64) -> f64) -> Polyline {
@@ -257,5 +296,23 @@ mod tests {
         assert!(asked(&slanting, &[along]) < 1e-6);
         assert!(asked(&slanting, &[east, along]) < 1e-6, "the least of all pairs");
         assert_eq!(asked(&slanting, &[]), 0.0);
+    }
+
+    #[test]
+    fn a_bend_that_goes_on_is_no_zig_zag() {
+        // Round a roundabout by 60 degrees to the left, then out of it by 50 to the right.
+        let exit = || [vec![12.0; 5], vec![-10.0; 5]].concat();
+        let left_over = |before: &[f64]| {
+            let mut turns = exit();
+            without_bends_that_go_on(&mut turns, before);
+            to_and_fro(&turns).round()
+        };
+        assert_eq!(to_and_fro(&exit()), 100.0);
+        assert_eq!(left_over(&[0.0, 11.0]), 0.0, "from the roundabout");
+        assert_eq!(left_over(&[0.0, -11.0]), 100.0, "from a straight lane, or round the other way");
+        assert_eq!(left_over(&[4.0]), 60.0, "from a wider bend: half of each step goes on");
+        let mut zig_zag = [10.0, -10.0].repeat(4);
+        without_bends_that_go_on(&mut zig_zag, &[11.0]);
+        assert_eq!(to_and_fro(&zig_zag), 60.0);
     }
 }
