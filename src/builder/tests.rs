@@ -103,6 +103,34 @@ fn nobody_is_led_around_a_hairpin_without_room() {
 }
 
 #[test]
+fn where_all_ways_on_turn_back_only_the_easy_ones_are_drawn() {
+    // A one-way street leads into three aisles, the outer two of which are so many metres away from the middle one.
+    let ways_back = |side: DrivingSide, apart: f64| {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, 14.0, apart, ""),
+            (5, 80.0, apart, ""),
+            (6, 14.0, -apart, ""),
+            (7, 80.0, -apart, ""),
+        ];
+        let aisle = "highway=service service=parking_aisle lanes=2";
+        let ways: [(i64, &[i64], &str); 4] = [
+            (12, &[2, 1], "highway=service oneway=yes"),
+            (13, &[1, 3], aisle),
+            (14, &[1, 4, 5], aisle),
+            (15, &[1, 6, 7], aisle),
+        ];
+        inside(&built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) }).map).len() - 3
+    };
+    for side in [DrivingSide::Right, DrivingSide::Left] {
+        // One from each aisle; farther apart there is room for a second one. There are six pairs.
+        assert_eq!([6.0, 12.0].map(|apart| ways_back(side, apart)), [3, 4], "{side:?}");
+    }
+}
+
+#[test]
 fn no_lane_ends_under_a_turn_beside_it() {
     // A road that comes back at an acute angle: the turn between the outer two swings over the middle one.
     let nodes = [(1, 0.0, 0.0, ""), (2, 80.0, 30.0, ""), (3, 90.0, 8.0, ""), (4, 80.0, -12.0, ""), (5, -80.0, 5.0, "")];

@@ -136,7 +136,8 @@ fn straightest_approach(targets: &[Vec<TurnTarget>], to: usize) -> Option<usize>
 }
 
 /// Removes the targets of U-turns, of hairpins without room, and of turns that lead around a loop again. A target stays if an arrow
-/// leads there, if there is no other target, or if no other arm leads there. Gives the U-turns for which a median leaves room.
+/// leads there, if it is the best of an arm that has only such targets, or if no other arm leads there. Gives the U-turns for which a
+/// median leaves room.
 fn remove_u_turns(paths: StreetPaths, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
     let mut u_turns = Vec::new();
     let closed = |from: usize, target: &TurnTarget| {
@@ -145,8 +146,11 @@ fn remove_u_turns(paths: StreetPaths, arms: &[&Arm], targets: &mut [Vec<TurnTarg
     let entered = targets.iter().enumerate().flat_map(|(from, open)| open.iter().filter(move |t| !closed(from, t)));
     let entered: Vec<usize> = entered.map(|target| target.to).collect();
     for (from, open) in targets.iter_mut().enumerate() {
-        let marked = arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
-        if marked || open.iter().all(|target| closed(from, target)) {
+        if arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE)) {
+            continue;
+        }
+        if open.iter().all(|target| closed(from, target)) {
+            keep_gentlest(arms[from], open, |target| entered.contains(&target.to));
             continue;
         }
         let back = open.iter().filter(|target| {
@@ -157,6 +161,17 @@ fn remove_u_turns(paths: StreetPaths, arms: &[&Arm], targets: &mut [Vec<TurnTarg
         open.retain(|target| !(closed(from, target) && entered.contains(&target.to)));
     }
     u_turns
+}
+
+/// Keeps of targets, all of which turn back, those that a car reaches with ease, else the one that it reaches most easily; and those
+/// to which no other arm leads.
+fn keep_gentlest(arm: &Arm, open: &mut Vec<TurnTarget>, is_entered: impl Fn(&TurnTarget) -> bool) {
+    let radius = |target: &TurnTarget| {
+        let pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
+        pairs.map(|(into, out)| curve::radius(&curve::join(into, out))).fold(0.0, f64::max)
+    };
+    let widest = open.iter().map(radius).fold(0.0, f64::max);
+    open.retain(|target| !is_entered(target) || radius(target) >= widest.min(1.0 / TIGHTEST_BACK));
 }
 
 /// Whether the movement to an arm is a hairpin for which no pair of lanes leaves room.
