@@ -66,8 +66,8 @@ pub fn connection_lines<'a>(
     required.raise(&mut setbacks, &mut comfort);
     let cut = |i: usize, setbacks: [f64; 2]| {
         let ix = RoadIx::new(i);
-        let demand =
-            SetbackDemand { least: least[i], setbacks, firm: least_setbacks[i], comfort: comfort[i], stops: stops[i] };
+        let (firm, comfort, joined) = (least_setbacks[i], comfort[i], required.joined[i]);
+        let demand = SetbackDemand { least: least[i], setbacks, firm, comfort, stops: stops[i], joined };
         let known = known(ix).filter(|known| known.demand == demand);
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
@@ -136,15 +136,20 @@ struct CutPlan<'a> {
     /// The part of each setback that has another reason than the room of turns.
     firm: [f64; 2],
     comfort: [f64; 2],
+    /// Where it meets another road face to face.
+    joined: [bool; 2],
     /// Depths of the mapped stop lines.
     stop_lines: [Option<f64>; 2],
 }
 
 impl<'a> CutPlan<'a> {
     fn new(network: &'a RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> Self {
-        let SetbackDemand { least, setbacks, firm, comfort, stops } = demand;
-        let mut plan =
-            Self { network, road: network.road(ix), ix, least, setbacks, firm, comfort, stop_lines: [None; 2] };
+        let SetbackDemand { least, setbacks, firm, comfort, stops, joined } = demand;
+        // A third road that is left out may have asked for more.
+        let [setbacks, firm, comfort] =
+            [setbacks, firm, comfort].map(|by| End::BOTH.map(|end| if joined[end] { 0.0 } else { by[end] }));
+        let (road, stop_lines) = (network.road(ix), [None; 2]);
+        let mut plan = Self { network, road, ix, least, setbacks, firm, comfort, joined, stop_lines };
         plan.stop_lines = mapped_stop_lines(plan.road, least, |end| stops[end] && plan.is_approach(end));
         plan
     }
@@ -170,7 +175,8 @@ impl<'a> CutPlan<'a> {
         let more = [0, 1].map(|end| if moved[end] { 0.0 } else { (self.comfort[end] - setbacks[end]).max(0.0) });
         let cut = straighten(self.road, add_comfort(self.road, kept, more));
         let firm = [0, 1].map(|end| if moved[end] { setbacks[end] } else { self.firm[end] });
-        (clear_of_bends(self.road, (self.least, firm), cut), moved)
+        let clear = clear_of_bends(self.road, (self.least, firm), cut);
+        (End::BOTH.map(|end| if self.joined[end] { cut[end] } else { clear[end] }), moved)
     }
 
     /// Whether a crossing at a station belongs to the intersection at an end. One with lights before an intersection without

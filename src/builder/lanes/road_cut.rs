@@ -71,6 +71,8 @@ pub(super) struct SetbackDemand {
     pub(super) comfort: [f64; 2],
     /// Whether it is cut where a stop line is mapped.
     pub(super) stops: [bool; 2],
+    /// Whether it meets another road face to face: it is not cut back there.
+    pub(super) joined: [bool; 2],
 }
 
 /// Where a road is cut.

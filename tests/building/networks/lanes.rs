@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::builder::Built;
+use lanewright::geometry::Polyline;
 use lanewright::lanelet::{Lanelet, LaneletMap, PointId};
 
 use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
@@ -361,5 +362,35 @@ fn a_road_loses_the_direction_in_which_cars_would_have_to_turn_back_on_the_spot(
         let told = notes.iter().filter(|note| note.message.ends_with(told)).count();
         assert_eq!((lanelets, told), (1, 1), "{side:?}: {notes:?}");
         assert_eq!(found_of_geometry(&map, &settings), Vec::<&str>::new(), "{side:?}");
+    }
+}
+
+#[test]
+fn a_road_keeps_its_bend_and_its_width_where_a_stub_is_left_out() {
+    for side in SIDES {
+        // Behind a right angle a stub of a few metres leaves the road, for which the roads there were to be cut far back.
+        let nodes = [
+            (1, -3.5, -74.3, ""),
+            (2, 7.4, -7.3, ""),
+            (3, 8.7, 0.8, ""),
+            (4, 0.4, 1.9, ""),
+            (5, -22.6, 5.2, ""),
+            (6, -80.0, 13.0, ""),
+            (7, 1.1, 9.2, ""),
+            (8, -18.0, 60.0, ""),
+        ];
+        let street = "highway=service";
+        let ways: [(i64, &[i64], &str); 3] =
+            [(11, &[1, 2, 3, 4, 5, 6], street), (12, &[7, 4], street), (13, &[8, 5], street)];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        assert_eq!(found_of_geometry(&map, &settings), Vec::<&str>::new(), "{side:?}");
+        let stub = |lane: &Lanelet| lane.attributes.get("road_id").is_some_and(|id| id.starts_with("12:"));
+        assert!(!map.lanelets.iter().any(stub), "{side:?}");
+        for lane in map.lanelets.iter() {
+            let line = |bound| Polyline::new(map.bound_points(bound).map(|point| point.position)).unwrap();
+            let (left, right) = (line(lane.left), line(lane.right).resampled(1.0));
+            let width = right.points().iter().map(|&point| left.distance(point)).fold(f64::INFINITY, f64::min);
+            assert!(width > 2.5, "{side:?}: {} is {width} m wide", lane.id);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::builder::network::network_diff::NetworkDiff;
-use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
+use crate::builder::network::{End, IntersectionIx, Road, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
 use super::turn_setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
@@ -15,6 +15,8 @@ const ROAD_LEAST: f64 = 1.0;
 pub struct RequiredSetbacks {
     /// Per road: the stations where its outlines cut it, clamped to its line.
     pub(super) least: Vec<Stations>,
+    /// Per road: whether it meets another face to face at its ends.
+    pub(super) joined: Vec<[bool; 2]>,
     intersections: Vec<IntersectionSetbacks>,
 }
 
@@ -76,7 +78,8 @@ impl RequiredSetbacks {
             known.or_else(|| crossed.then(found)).unwrap_or_default()
         };
         let intersections = known.into_par_iter().finely().enumerate().map(find).collect();
-        Self { least, intersections }
+        let joined = network.roads.iter().map(|road| End::BOTH.map(|end| joined(road.intersection(end)))).collect();
+        Self { least, joined, intersections }
     }
 
     /// Raises setbacks, per road, to the required ones, and those for comfort.
