@@ -194,6 +194,11 @@ impl Layout {
         to - from
     }
 
+    /// Whether the roads of an intersection, by its position, are two that meet face to face.
+    pub(super) fn meet_face_to_face(&self, intersection: usize) -> bool {
+        self.joins.joined(IntersectionIx::new(intersection))
+    }
+
     /// How far behind its outline a road is cut, metres.
     pub(super) fn setback(&self, at: RoadEnd) -> f64 {
         from_cut(self.lines.least[at.road], at.end, self.lines.kept[at.road][at.end])

@@ -85,15 +85,37 @@ pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
 pub fn half_served_ends(layout: &Layout) -> Vec<(RoadEnd, bool)> {
     let half = served_ends(layout).filter(|end| end.has == [true; 2]);
     let network = &layout.network;
-    half.filter_map(|end| {
+    let at_lanelets = half.filter_map(|end| {
         let goes_on = network.intersection(network.intersection_at(end.at)).arms.len() == 2;
-        match if goes_on { end.joined } else { end.drivable } {
-            [true, false] => Some((end.at, true)),
-            [false, true] => Some((end.at, false)),
-            _ => None,
-        }
+        only_one(if goes_on { end.joined } else { end.drivable }).map(|away| (end.at, away))
+    });
+    at_lanelets.chain(half_served_joints(layout)).collect()
+}
+
+/// The same where two roads meet face to face, and the other road has lanes of one direction only.
+fn half_served_joints(layout: &Layout) -> impl Iterator<Item = (RoadEnd, bool)> {
+    let joints = layout.network.intersections.iter().enumerate().filter(|(i, _)| layout.meet_face_to_face(*i));
+    joints.flat_map(|(_, at)| {
+        let has = |end: &RoadEnd| {
+            let lanes = layout.lanes.arm(*end);
+            [!lanes.into.is_empty(), !lanes.out.is_empty()]
+        };
+        let beside = at.arms.iter().zip(at.arms.iter().rev());
+        let half = beside.filter(|(end, _)| has(end) == [true; 2]).filter_map(|(end, other)| {
+            let [into, out] = has(other);
+            only_one([out, into]).map(|away| (*end, away))
+        });
+        half.collect::<Vec<_>>()
     })
-    .collect()
+}
+
+/// Which one is missing where only one is there: `false` for the first.
+fn only_one(joined: [bool; 2]) -> Option<bool> {
+    match joined {
+        [true, false] => Some(true),
+        [false, true] => Some(false),
+        _ => None,
+    }
 }
 
 /// Whether a road is a dead end at one of its ends.

@@ -69,3 +69,34 @@ fn a_one_way_street_that_the_build_ends_is_a_note_only_if_restrictions_close_it(
         assert_eq!(ends((-20.0, 118.0), ""), (vec!["there is no room for the turns".into()], 0), "{side:?}");
     }
 }
+
+#[test]
+fn a_single_track_loses_a_direction_beyond_the_place_where_its_tags_change() {
+    for side in SIDES {
+        // A track meets a one-way street at an angle of 20 degrees, against its direction, and is a bridge farther on.
+        let nodes = [
+            (1, -147.0, -172.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, 147.0, 172.0, ""),
+            (4, 15.0, 8.5, ""),
+            (5, 24.0, 11.0, ""),
+            (6, 31.0, 14.0, ""),
+            (7, 64.0, 24.0, ""),
+            (8, 120.0, 24.0, ""),
+            (9, 120.0, 100.0, ""),
+            (10, 120.0, -100.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 4] = [
+            (11, &[1, 2, 3], "highway=secondary oneway=yes"),
+            (12, &[2, 4, 5, 6, 7], "highway=track tracktype=grade1"),
+            (13, &[7, 8], "highway=track tracktype=grade1 bridge=yes layer=1"),
+            (14, &[9, 8, 10], "highway=residential"),
+        ];
+        let Built { map, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let lanelets = |way: &str| {
+            let of_way = |lane: &&Lanelet| lane.attributes.get("road_id").is_some_and(|id| id.starts_with(way));
+            map.lanelets.iter().filter(of_way).count()
+        };
+        assert_eq!(["12:", "13:"].map(lanelets), [1, 1], "{side:?}");
+    }
+}
