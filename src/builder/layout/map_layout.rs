@@ -194,9 +194,9 @@ impl Layout {
         to - from
     }
 
-    /// Whether the roads of an intersection, by its position, are two that meet face to face.
-    pub(super) fn meet_face_to_face(&self, intersection: usize) -> bool {
-        self.joins.joined(IntersectionIx::new(intersection))
+    /// Whether the roads of an intersection are two that meet face to face.
+    pub(super) fn meet_face_to_face(&self, at: IntersectionIx) -> bool {
+        self.joins.joined(at)
     }
 
     /// How far behind its outline a road is cut, metres.

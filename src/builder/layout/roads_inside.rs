@@ -94,22 +94,23 @@ pub fn half_served_ends(layout: &Layout) -> Vec<(RoadEnd, bool)> {
 
 /// The same where two roads meet face to face, and the other road has lanes of one direction only.
 fn half_served_joints(layout: &Layout) -> impl Iterator<Item = (RoadEnd, bool)> {
-    let joints = layout.network.intersections.iter().enumerate().filter(|(i, _)| layout.meet_face_to_face(*i));
-    joints.flat_map(|(_, at)| {
-        let has = |end: &RoadEnd| {
-            let lanes = layout.lanes.arm(*end);
-            [!lanes.into.is_empty(), !lanes.out.is_empty()]
-        };
-        let beside = at.arms.iter().zip(at.arms.iter().rev());
-        let half = beside.filter(|(end, _)| has(end) == [true; 2]).filter_map(|(end, other)| {
-            let [into, out] = has(other);
-            only_one([out, into]).map(|away| (*end, away))
-        });
-        half.collect::<Vec<_>>()
+    let has = |end: RoadEnd| {
+        let lanes = layout.lanes.arm(end);
+        [!lanes.into.is_empty(), !lanes.out.is_empty()]
+    };
+    let network = &layout.network;
+    let joints = IntersectionIx::all(network.intersections.len()).filter(|ix| layout.meet_face_to_face(*ix));
+    let pairs = joints.flat_map(|ix| match network.intersection(ix).arms[..] {
+        [a, b] => vec![(a, b), (b, a)],
+        _ => Vec::new(),
+    });
+    pairs.filter(move |(end, _)| has(*end) == [true; 2]).filter_map(move |(end, other)| {
+        let [into, out] = has(other);
+        only_one([out, into]).map(|away| (end, away))
     })
 }
 
-/// Which one is missing where only one is there: `false` for the first.
+/// `true` if only the second is missing, `false` if only the first.
 fn only_one(joined: [bool; 2]) -> Option<bool> {
     match joined {
         [true, false] => Some(true),
