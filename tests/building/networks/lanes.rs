@@ -6,7 +6,7 @@ use lanewright::builder::Built;
 use lanewright::geometry::Polyline;
 use lanewright::lanelet::{Lanelet, LaneletMap, PointId};
 
-use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
+use super::{AGAINST_A_ONE_WAY_STREET, SIDES, built, crossing, found, found_of_geometry, network_of};
 
 /// The bus lanes outside and inside the intersection that bicycles may use, and those that they may not.
 fn bus_lanes(map: &LaneletMap) -> [[usize; 2]; 2] {
@@ -342,20 +342,10 @@ fn a_centre_lane_for_turns_ends_where_the_road_goes_on_without_it() {
 #[test]
 fn a_road_loses_the_direction_in_which_cars_would_have_to_turn_back_on_the_spot() {
     for side in SIDES {
-        // A street for both directions meets a one-way street at an angle of 20 degrees, against its direction.
-        let nodes = [
-            (1, -147.0, -172.0, ""),
-            (2, 0.0, 0.0, ""),
-            (3, 147.0, 172.0, ""),
-            (4, 15.0, 8.5, ""),
-            (5, 24.0, 11.0, ""),
-            (6, 31.0, 14.0, ""),
-            (7, 64.0, 24.0, ""),
-            (8, 120.0, 24.0, ""),
-        ];
+        // A street for both directions.
         let ways: [(i64, &[i64], &str); 2] =
             [(11, &[1, 2, 3], "highway=secondary oneway=yes"), (12, &[2, 4, 5, 6, 7, 8], "highway=residential")];
-        let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let Built { map, settings, notes, .. } = built(&network_of(side, &AGAINST_A_ONE_WAY_STREET, &ways), side, "");
         let street = |id: &str| id.starts_with("12:");
         let lanelets = map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(street)).count();
         let told = "nobody can leave the lanes of way 12 against its line, nodes 2 to 8, at node 2: there is no room for the turns";

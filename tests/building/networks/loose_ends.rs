@@ -7,7 +7,7 @@ use lanewright::settings::Settings;
 
 use crate::common::judging::judge;
 
-use super::{SIDES, built, network_of};
+use super::{AGAINST_A_ONE_WAY_STREET, SIDES, built, network_of};
 
 #[test]
 fn a_one_way_street_that_begins_where_none_leads_is_a_note() {
@@ -73,19 +73,8 @@ fn a_one_way_street_that_the_build_ends_is_a_note_only_if_restrictions_close_it(
 #[test]
 fn a_single_track_loses_a_direction_beyond_the_place_where_its_tags_change() {
     for side in SIDES {
-        // A track meets a one-way street at an angle of 20 degrees, against its direction, and is a bridge farther on.
-        let nodes = [
-            (1, -147.0, -172.0, ""),
-            (2, 0.0, 0.0, ""),
-            (3, 147.0, 172.0, ""),
-            (4, 15.0, 8.5, ""),
-            (5, 24.0, 11.0, ""),
-            (6, 31.0, 14.0, ""),
-            (7, 64.0, 24.0, ""),
-            (8, 120.0, 24.0, ""),
-            (9, 120.0, 100.0, ""),
-            (10, 120.0, -100.0, ""),
-        ];
+        // A track, which is a bridge farther on.
+        let nodes = [&AGAINST_A_ONE_WAY_STREET[..], &[(9, 120.0, 100.0, ""), (10, 120.0, -100.0, "")]].concat();
         let ways: [(i64, &[i64], &str); 4] = [
             (11, &[1, 2, 3], "highway=secondary oneway=yes"),
             (12, &[2, 4, 5, 6, 7], "highway=track tracktype=grade1"),

@@ -97,3 +97,16 @@ fn undrawn(built: &Built) -> Vec<&str> {
 }
 
 const SIDES: [DrivingSide; 2] = [DrivingSide::Right, DrivingSide::Left];
+
+/// Nodes 1, 2 and 3 of a street, which is one-way, and from node 2 to node 8 those of another that meets it at an angle of 20 degrees,
+/// against its direction.
+const AGAINST_A_ONE_WAY_STREET: [(i64, f64, f64, &str); 8] = [
+    (1, -147.0, -172.0, ""),
+    (2, 0.0, 0.0, ""),
+    (3, 147.0, 172.0, ""),
+    (4, 15.0, 8.5, ""),
+    (5, 24.0, 11.0, ""),
+    (6, 31.0, 14.0, ""),
+    (7, 64.0, 24.0, ""),
+    (8, 120.0, 24.0, ""),
+];
