@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lanewright::builder::network::TurnRestriction;
 use lanewright::builder::{BuildOptions, Built, Plan, build_plan, geojson, plan};
 use lanewright::lanelet::to_osm;
 use lanewright::osm::read_file;
@@ -108,6 +109,18 @@ fn any_order_of_features_gives_the_same_map() {
     let mut file: Value = serde_json::from_str(&text(&plan)).unwrap();
     file["features"].as_array_mut().unwrap().reverse();
     assert!(bytes(&build_plan(plan)) == bytes(&build_plan(read(&file.to_string()))));
+}
+
+#[test]
+fn any_order_of_restrictions_gives_the_same_file() {
+    let mut plan = streets(&root().join("sample_maps/turn_lanes_right.osm"));
+    let network = &mut plan.streets.network;
+    let arms = network.intersections.iter().map(|intersection| &intersection.arms).find(|arms| arms.len() > 2).unwrap();
+    let turn = |from, to| TurnRestriction { relation: 0, from, via: Vec::new(), to, only: false };
+    network.restrictions = vec![turn(arms[0], arms[1]), turn(arms[2], arms[1]), turn(arms[1], arms[0])];
+    let in_order = text(&plan);
+    plan.streets.network.restrictions.reverse();
+    assert!(text(&plan) == in_order);
 }
 
 /// The file that docs/geometry.md shows.

@@ -154,7 +154,7 @@ fn inner(feature: &Spanned<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
     inner.collect()
 }
 
-/// All lane connections, sorted by their relation.
+/// All lane connections, sorted.
 ///
 /// # Errors
 ///
@@ -172,11 +172,11 @@ pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&FeatureId, RoadIx>) -> Re
             found.push(LaneConnection { relation: shape.relation, from, to, lanes: shape.lanes.clone() });
         }
     }
-    found.sort_by_key(|connection: &LaneConnection| (connection.relation, connection.from, connection.to));
+    found.sort_unstable();
     Ok(found)
 }
 
-/// All turn restrictions, sorted by their relation.
+/// All turn restrictions, sorted.
 ///
 /// # Errors
 ///
@@ -195,6 +195,6 @@ pub fn restrictions(parsed: &Parsed, by_id: &FxHashMap<&FeatureId, RoadIx>) -> R
             found.push(TurnRestriction { relation: shape.relation, from, via, to, only: shape.only });
         }
     }
-    found.sort_by(|a, b| (a.relation, a.from, &a.via, a.to).cmp(&(b.relation, b.from, &b.via, b.to)));
+    found.sort_unstable();
     Ok(found)
 }

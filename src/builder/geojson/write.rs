@@ -108,8 +108,8 @@ struct Streets<'a> {
     connections: FxHashMap<IntersectionIx, Vec<&'a LaneConnection>>,
 }
 
-/// Sorts items by the intersection at the road end where they begin.
-fn by_intersection<'a, T>(
+/// The items of each intersection, sorted. An item belongs to the intersection at the road end where it begins.
+fn by_intersection<'a, T: Ord>(
     network: &RoadNetwork,
     items: &'a [T],
     from: impl Fn(&T) -> RoadEnd,
@@ -119,6 +119,7 @@ fn by_intersection<'a, T>(
         let RoadEnd { road, end } = from(item);
         found.entry(network.road(road).intersection(end)).or_default().push(item);
     }
+    found.values_mut().for_each(|items| items.sort_unstable());
     found
 }
 

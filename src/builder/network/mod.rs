@@ -335,7 +335,7 @@ pub struct InnerRoad {
 }
 
 /// A turn restriction between roads.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TurnRestriction {
     /// Id of the relation; 0 where two ways cross without a node.
     pub relation: i64,
@@ -350,7 +350,7 @@ pub struct TurnRestriction {
 }
 
 /// Which lanes of one road lead to which of another, from an OpenStreetMap relation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LaneConnection {
     /// Id of the relation.
     pub relation: i64,

@@ -75,7 +75,7 @@ pub(super) fn turns(
             _ => {}
         }
     }
-    all.sort_by(|a, b| (a.relation, a.from, a.to, &a.via).cmp(&(b.relation, b.from, b.to, &b.via)));
+    all.sort_unstable();
     all.dedup();
     (all, connections)
 }
