@@ -1,94 +1,129 @@
-//! Which approach has priority where there is no signal, as far as the map shows it.
+//! Which movements have priority where there is no signal, as far as the map shows it.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::types::{Intersection, MapIndex, Movement, Rank};
 use super::union_find::UnionFind;
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 
-/// The priority of every approach by the first source that decides it: the user's settings, private ground, signs, existing
-/// `right_of_way` elements. As soon as one approach gives way, the undecided ones have priority; but not who comes from opposite a
-/// sign and crosses a road without any: another sign may stand there that the map lacks.
+/// The priority of every movement by the first source that decides it: the user's settings, private ground, signs, existing
+/// `right_of_way` elements. As soon as one movement gives way, the undecided ones have priority; but not those that come from opposite
+/// a sign and cross a road without any: another sign may stand there that the map lacks.
+///
+/// An approach gives way if all its carriageways do. A sign on one of them holds for that one, whatever is said of the approach.
 pub(super) fn priorities(
     map: &MapIndex,
     intersection: &Intersection,
     movements: &[Movement],
     by_user: &[usize],
 ) -> (Vec<Option<bool>>, Rank) {
-    let count = intersection.arms.len();
+    let arrivals = arrivals(map, movements);
+    let arm_waits = |arm: usize| {
+        let mut of_arm = movements.iter().zip(&arrivals).filter(|(movement, _)| movement.from == arm).peekable();
+        of_arm.peek().is_some() && of_arm.all(|(_, arrival)| arrival.gives_way())
+    };
+    let arms: Vec<bool> = (0..intersection.arms.len()).map(arm_waits).collect();
     if !by_user.is_empty() {
-        return ((0..count).map(|arm| Some(by_user.contains(&arm))).collect(), Rank::Known);
-    }
-    let gives_way: Vec<bool> = (0..count).map(|arm| gives_way(map, movements, arm)).collect();
-    let used: FxHashSet<usize> = movements.iter().map(|movement| movement.from).collect();
-    if gives_way.contains(&true) {
-        return match used.iter().all(|&arm| gives_way[arm]) {
-            true => (vec![None; count], Rank::Equal),
-            false => {
-                let opposite = |arm: usize| intersection.arms[arm].opposite;
-                let goes_through = |arm: usize| !gives_way[arm] && opposite(arm).is_some_and(|to| !gives_way[to]);
-                let has_main_road = (0..count).any(goes_through);
-                let faces_sign = |arm: usize| opposite(arm).is_some_and(|to| has_sign(map, movements, to));
-                let is_doubtful = |arm: usize| has_main_road && !gives_way[arm] && faces_sign(arm);
-                let priorities = (0..count).map(|arm| (!is_doubtful(arm)).then_some(!gives_way[arm]));
-                (priorities.collect(), Rank::Known)
-            }
+        let goes_first = |(movement, arrival): (&Movement, &Arrival)| {
+            by_user.contains(&movement.from) && (!arrival.gives_way() || arms[movement.from])
         };
+        return (movements.iter().zip(&arrivals).map(|each| Some(goes_first(each))).collect(), Rank::Known);
+    }
+    if arrivals.iter().any(Arrival::gives_way) {
+        if arrivals.iter().all(Arrival::gives_way) {
+            return (vec![None; movements.len()], Rank::Equal);
+        }
+        let opposite = |arm: usize| intersection.arms[arm].opposite;
+        let goes_through = |arm: usize| !arms[arm] && opposite(arm).is_some_and(|to| !arms[to]);
+        let has_main_road = (0..arms.len()).any(goes_through);
+        let has_sign =
+            |arm: usize| movements.iter().zip(&arrivals).any(|(one, arrival)| one.from == arm && arrival.signed);
+        let is_doubtful = |arm: usize| has_main_road && opposite(arm).is_some_and(has_sign);
+        let priority = |(movement, arrival): (&Movement, &Arrival)| match arrival.gives_way() {
+            true => Some(false),
+            false => (!is_doubtful(movement.from)).then_some(true),
+        };
+        return (movements.iter().zip(&arrivals).map(priority).collect(), Rank::Known);
     }
     let over = by_elements(map, intersection, movements);
     let minor = |arm: usize| over.iter().any(|&(_, below)| below == arm);
     let major = |arm: usize| over.iter().any(|&(above, _)| above == arm);
-    if over.is_empty() || (0..count).any(|arm| minor(arm) && major(arm)) {
-        return (vec![None; count], Rank::Unknown);
+    if over.is_empty() || (0..arms.len()).any(|arm| minor(arm) && major(arm)) {
+        return (vec![None; movements.len()], Rank::Unknown);
     }
-    ((0..count).map(|arm| Some(!minor(arm))).collect(), Rank::Known)
+    (movements.iter().map(|movement| Some(!minor(movement.from))).collect(), Rank::Known)
 }
 
 /// Whether something makes the vehicles of each movement wait: a light on its carriageway, a stop or give-way sign, or the way out of
 /// private ground. A road that leads through an intersection with signals and has none of these may pass under or over it, though
 /// all is drawn at one height.
-pub(super) fn controlled(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<bool> {
-    let arms: Vec<bool> = (0..intersection.arms.len()).map(|arm| gives_way(map, movements, arm)).collect();
-    let has_light = |lane: usize| map.elements(map.lanes[lane].id, "traffic_light").next().is_some();
-    let is_lit = |movement: &Movement| {
-        has_light(movement.lane) || map.predecessors(movement.lane).iter().any(|&lane| has_light(lane))
-    };
-    let lit: Vec<bool> = movements.iter().map(is_lit).collect();
-    let mut carriageways = UnionFind::new(movements.len());
+pub(super) fn controlled(map: &MapIndex, movements: &[Movement]) -> Vec<bool> {
+    arrivals(map, movements).iter().map(|one| one.lit || one.gives_way()).collect()
+}
+
+/// What the vehicles of a movement pass where they arrive.
+#[derive(Clone, Copy)]
+struct Arrival {
+    /// A traffic light on the carriageway.
+    lit: bool,
+    /// A stop or give-way sign on the carriageway.
+    signed: bool,
+    /// The way out of private ground, on all carriageways of the approach.
+    private: bool,
+}
+
+impl Arrival {
+    fn gives_way(&self) -> bool {
+        self.signed || self.private
+    }
+}
+
+/// How the vehicles of each movement arrive. A carriageway has the lanes of one approach that start side by side.
+fn arrivals(map: &MapIndex, movements: &[Movement]) -> Vec<Arrival> {
+    let mut side_by_side = UnionFind::new(movements.len());
     for (x, one) in movements.iter().enumerate() {
         for (y, other) in movements.iter().enumerate().skip(x + 1) {
             if one.from == other.from && map.lanes[one.lane].start.touches(&map.lanes[other.lane].start) {
-                carriageways.join(x, y);
+                side_by_side.join(x, y);
             }
         }
     }
-    let roots: Vec<usize> = (0..movements.len()).map(|at| carriageways.root(at)).collect();
-    let lit: FxHashSet<usize> = roots.iter().zip(lit).filter(|(_, lit)| *lit).map(|(root, _)| *root).collect();
-    movements.iter().zip(&roots).map(|(one, root)| lit.contains(root) || arms[one.from]).collect()
+    let roots: Vec<usize> = (0..movements.len()).map(|at| side_by_side.root(at)).collect();
+    let (mut of_carriageway, mut of_approach) = (Lanes::default(), Lanes::default());
+    for (movement, root) in movements.iter().zip(&roots) {
+        of_carriageway.entry(*root).or_default().push(movement.lane);
+        of_approach.entry(movement.from).or_default().push(movement.lane);
+    }
+    let has = |own: &[usize], subtype: &'static str, is: &dyn Fn(&RegulatoryElement) -> bool| {
+        let mut lanes = own.iter().copied().chain(before(map, own));
+        lanes.any(|lane| map.elements(map.lanes[lane].id, subtype).any(is))
+    };
+    let passes =
+        |own: &Vec<usize>| (has(own, "traffic_light", &|_| true), has(own, "traffic_sign", &|sign| map.ranks(sign)));
+    let passed: FxHashMap<usize, (bool, bool)> =
+        of_carriageway.iter().map(|(root, own)| (*root, passes(own))).collect();
+    let private: FxHashMap<usize, bool> = of_approach.iter().map(|(arm, own)| (*arm, is_private(map, own))).collect();
+    let arrival = |(movement, root): (&Movement, &usize)| {
+        let (lit, signed) = passed[root];
+        Arrival { lit, signed, private: private[&movement.from] }
+    };
+    movements.iter().zip(&roots).map(arrival).collect()
 }
 
-/// Whether an approach leads out of private ground or past a stop or give-way sign.
-fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
-    let (own, before) = lanes_of(map, movements, arm);
-    let is_private = |lane: &usize| map.lanes[*lane].lanelet.attributes.is("location", "private");
-    // A lane into private ground may be private itself, so what leads to it counts.
-    let asked = if before.is_empty() { &own } else { &before };
-    (!asked.is_empty() && asked.iter().all(is_private)) || has_sign(map, movements, arm)
+/// Lanes in the intersection by the carriageway or the approach where they begin.
+type Lanes = FxHashMap<usize, Vec<usize>>;
+
+/// Whether all lanes that lead to some lanes of an intersection lie on private ground. A lane into private ground may be private
+/// itself, so it counts only where none leads to it.
+fn is_private(map: &MapIndex, own: &[usize]) -> bool {
+    let before: Vec<usize> = before(map, own).collect();
+    let asked = if before.is_empty() { own } else { &before };
+    asked.iter().all(|&lane| map.lanes[lane].lanelet.attributes.is("location", "private"))
 }
 
-/// Whether an approach leads past a stop or give-way sign.
-fn has_sign(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
-    let (own, before) = lanes_of(map, movements, arm);
-    let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.ranks(sign));
-    own.iter().chain(&before).any(signed)
-}
-
-/// The lanes that start at an approach, and those that lead to them.
-fn lanes_of(map: &MapIndex, movements: &[Movement], arm: usize) -> (Vec<usize>, Vec<usize>) {
-    let own: Vec<usize> = movements.iter().filter(|movement| movement.from == arm).map(|m| m.lane).collect();
-    let before: Vec<usize> = own.iter().flat_map(|&lane| map.predecessors(lane)).copied().collect();
-    (own, before)
+fn before<'a>(map: &'a MapIndex, own: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+    own.iter().flat_map(|&lane| map.predecessors(lane)).copied()
 }
 
 impl MapIndex<'_> {

@@ -47,7 +47,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     let signalised = movements.iter().any(|movement| movement.mover.signalised);
     let mut traffic = Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
     if traffic.signalised {
-        let controlled = priority::controlled(map, intersection, &traffic.movements);
+        let controlled = priority::controlled(map, &traffic.movements);
         // A movement without a light gives way to those with one.
         for (at, movement) in traffic.movements.iter_mut().enumerate() {
             movement.mover.priority = Some(movement.mover.signalised);
@@ -56,8 +56,8 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         traffic.rank = Rank::Known;
     } else {
         let (priorities, rank) = priority::priorities(map, intersection, &traffic.movements, &first);
-        for movement in &mut traffic.movements {
-            movement.mover.priority = priorities[movement.from];
+        for (movement, priority) in traffic.movements.iter_mut().zip(priorities) {
+            movement.mover.priority = priority;
         }
         traffic.rank = rank;
     }

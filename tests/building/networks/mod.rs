@@ -7,6 +7,7 @@ mod inside;
 mod lanes;
 mod loose_ends;
 mod mid_block_lights;
+mod right_of_way;
 mod shapes;
 mod signals;
 
