@@ -18,7 +18,7 @@ const SHORT_RING: f64 = 200.0;
 const ROUND: f64 = 0.9;
 /// ... or it may be an oval or have a waist, if it turns by no more than this (deg) on any twelfth of its length. The aisles around a
 /// block of stands are neither: they turn at their corners alone.
-const MOST_TURN: f64 = 60.0;
+const MOST_TURN: f64 = 70.0;
 /// A longer ring over few corners encloses this share: an octagon does.
 const ROUND_LONG: f64 = 0.93;
 
