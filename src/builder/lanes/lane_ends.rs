@@ -117,6 +117,7 @@ fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut
     // A crossing between intersections lies on the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || move_between(plan.road, crossing, kept));
     crossings.sort_by(|a, b| a.station.total_cmp(&b.station));
+    crossings.dedup_by(|later, earlier| lie_on_each_other(plan.road, later, earlier));
     let straight = End::BOTH.map(|end| {
         let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
         let without = demand.setbacks[end].max(demand.comfort[end]);
@@ -381,6 +382,20 @@ fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: St
         kept[end] = at_depth(kept, end, clear.unwrap_or(0.0));
     }
     kept
+}
+
+/// Whether two crosswalks of a road lie on each other, as where both were moved from a short piece of it. `earlier` becomes the one to
+/// keep: that of an intersection, or else one with lights.
+fn lie_on_each_other(road: &Road, later: &mut RoadCrossing, earlier: &mut RoadCrossing) -> bool {
+    let apart = later.station - earlier.station >= CROSSWALK_BREADTH;
+    if apart || [&*later, &*earlier].iter().any(|crossing| crossing.lights_only.is_some()) {
+        return false;
+    }
+    let rank = |crossing: &RoadCrossing| (crossing.arm.is_some(), has_lights(road, crossing));
+    if rank(later) > rank(earlier) {
+        std::mem::swap(later, earlier);
+    }
+    true
 }
 
 /// Moves a crossing between intersections onto the lanes between the cuts, with its stop lines where it has lights; `false` if
