@@ -3,6 +3,7 @@
 //! The outline gives the least setback of a road. Crosswalks, stop lines and turns add to it: the crosswalk lies inside the
 //! intersection with the stop line before it, and a car can take the near turn.
 
+mod crossings;
 mod mapped_stop_line;
 mod required_setback;
 #[cfg(test)]
@@ -11,7 +12,7 @@ mod turn_setback;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
 use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
-use crate::builder::tags::cross_section::{SIDEWALK, Travel};
+use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::{angle_between, cross};
 use crate::lanelet::index::HEADING_REACH;
 use crate::parallel::Finely;
@@ -19,13 +20,13 @@ use crate::parallel::Finely;
 use super::gore::level_cuts;
 use super::road_cut::{
     CROSSWALK_BREADTH, ConnectionLines, ROAD_LEFT, RoadCrossing, RoadCut, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
-    SetbackDemand, VEHICLE, has_lights,
+    SetbackDemand, VEHICLE,
 };
+use crossings::{behind_stop_line, crossings_once, move_between};
 use mapped_stop_line::{bend, mapped_stop_lines, move_to_stop_lines};
 use turn_setback::add_comfort;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
 use std::ops::RangeInclusive;
 
 pub use required_setback::RequiredSetbacks;
@@ -88,24 +89,6 @@ pub fn connection_lines<'a>(
     }
 }
 
-/// The crossings of all roads. One between intersections can lie on the node where two roads meet: one of them has it, rather that on
-/// which vehicles arrive, so that they stop before the place where lanes begin or end.
-fn crossings_once(network: &RoadNetwork, cuts: &[RoadCut]) -> Vec<RoadCrossing> {
-    let all = || cuts.iter().flat_map(|cut| &cut.crossings);
-    let leads_there = |crossing: &RoadCrossing| {
-        let road = network.road(crossing.road);
-        let last = End::BOTH.into_iter().find(|end| road.one_way() == Some(end.inbound()));
-        crossing.arm.is_none() && last.is_some_and(|end| road.node(end) == crossing.node)
-    };
-    let before: FxHashSet<i64> = all().filter(|it| leads_there(it)).map(|it| it.node).collect();
-    let mut placed: FxHashSet<i64> = FxHashSet::default();
-    let once = |crossing: &&RoadCrossing| {
-        let is_elsewhere = before.contains(&crossing.node) && !leads_there(crossing);
-        crossing.arm.is_some() || !is_elsewhere && placed.insert(crossing.node)
-    };
-    all().filter(once).cloned().collect()
-}
-
 /// Cuts a road at its setbacks, and farther out where people cross.
 fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut {
     let mut plan = CutPlan::new(network, ix, demand);
@@ -117,7 +100,6 @@ fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut
     // A crossing between intersections lies on the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || move_between(plan.road, crossing, kept));
     crossings.sort_by(|a, b| a.station.total_cmp(&b.station));
-    crossings.dedup_by(|later, earlier| lie_on_each_other(plan.road, later, earlier));
     let straight = End::BOTH.map(|end| {
         let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
         let without = demand.setbacks[end].max(demand.comfort[end]);
@@ -288,17 +270,6 @@ impl<'a> CutPlan<'a> {
     }
 }
 
-/// From lights for one direction of travel, where vehicles stop, to the middle of the place that they keep clear, metres along the
-/// road's line.
-fn behind_stop_line(travel: Travel) -> f64 {
-    let behind = CROSSWALK_BREADTH / 2.0 + STOP_GAP;
-    match travel {
-        Travel::Forward => behind,
-        Travel::Backward => -behind,
-        Travel::Both => 0.0,
-    }
-}
-
 /// The setback, metres, by which those who leave private ground stop before a mapped sidewalk; `None` without one near the
 /// end, and where the road is too short or bends too much before it. `other` is the setback at its other end.
 fn before_sidewalk(road: &Road, end: End, least: Stations, other: f64) -> Option<f64> {
@@ -382,31 +353,4 @@ fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: St
         kept[end] = at_depth(kept, end, clear.unwrap_or(0.0));
     }
     kept
-}
-
-/// Whether two crosswalks of a road lie on each other, as where both were moved from a short piece of it. `earlier` becomes the one to
-/// keep: that of an intersection, or else one with lights.
-fn lie_on_each_other(road: &Road, later: &mut RoadCrossing, earlier: &mut RoadCrossing) -> bool {
-    let apart = later.station - earlier.station >= CROSSWALK_BREADTH;
-    if apart || [&*later, &*earlier].iter().any(|crossing| crossing.lights_only.is_some()) {
-        return false;
-    }
-    let rank = |crossing: &RoadCrossing| (crossing.arm.is_some(), has_lights(road, crossing));
-    if rank(later) > rank(earlier) {
-        std::mem::swap(later, earlier);
-    }
-    true
-}
-
-/// Moves a crossing between intersections onto the lanes between the cuts, with its stop lines where it has lights; `false` if
-/// they are too short.
-fn move_between(road: &Road, crossing: &mut RoadCrossing, [start, end]: Stations) -> bool {
-    let half = CROSSWALK_BREADTH / 2.0;
-    let stopping = half + STOP_GAP;
-    let need = if has_lights(road, crossing) && end - start > 2.0 * stopping { stopping } else { half };
-    let fits = end - start > 2.0 * need;
-    if fits {
-        crossing.station = crossing.station.clamp(start + need, end - need);
-    }
-    fits
 }

@@ -115,7 +115,7 @@ pub fn road_network(
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
     }
     let used = pieces.iter().map(|(piece, _)| piece.way);
-    let layouts = sections.of_ways(used, &mut notes);
+    let layouts = sections.of_ways(used, &positions, &mut notes);
     let (pieces, centres): (Vec<WayPiece>, Vec<Polyline>) =
         without_short_dead_ends(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(WayPiece::ends).collect();

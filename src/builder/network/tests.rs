@@ -237,8 +237,14 @@ fn lines_are_simplified_and_moved() {
 
 #[test]
 fn a_way_without_lane_tags_takes_the_lanes_before_and_after_it() {
-    let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 60.0, 0.0, ""), (4, 110.0, 0.0, ""), (5, 50.0, 50.0, "")];
-    let lanes_of = |texts: [&str; 3], middle: &[i64]| {
+    let lanes_of = |length: f64, texts: [&str; 3], middle: &[i64]| {
+        let nodes = [
+            (1, -50.0, 0.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, length, 0.0, ""),
+            (4, length + 50.0, 0.0, ""),
+            (5, 0.0, 50.0, ""),
+        ];
         let ways: [(i64, &[i64], &str); 4] =
             [(10, &[1, 2], texts[0]), (20, middle, texts[1]), (30, &[3, 4], texts[2]), (40, &[5, 2], "lanes=1")];
         let built = build(&data(&nodes, &ways));
@@ -247,20 +253,25 @@ fn a_way_without_lane_tags_takes_the_lanes_before_and_after_it() {
     };
     const ALONG: Travel = Travel::Forward;
     const AGAINST: Travel = Travel::Backward;
-    let three = "name=A oneway=yes lanes=3";
-    assert_eq!(lanes_of([three, "name=A oneway=yes", three], &[2, 3]), [ALONG; 3]);
-    assert_eq!(lanes_of([three, "name=A oneway=yes width=8", three], &[2, 3]), [ALONG; 3]);
+    let (three, piece) = ("name=A oneway=yes lanes=3", 10.0);
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes", three], &[2, 3]), [ALONG; 3]);
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes width=8", three], &[2, 3]), [ALONG; 3]);
     let two_way = "name=A lanes=3 lanes:forward=2";
-    assert_eq!(lanes_of([two_way, "name=A", two_way], &[2, 3]), [AGAINST, ALONG, ALONG]);
-    assert_eq!(lanes_of([two_way, "name=A", two_way], &[3, 2]), [AGAINST, AGAINST, ALONG], "drawn the other way");
-    // Own tags win; a way of another name, class, direction or number of lanes is not continued.
-    assert_eq!(lanes_of([three, "name=A oneway=yes lanes=2", three], &[2, 3]), [ALONG; 2]);
-    assert_eq!(lanes_of([three, "name=A oneway=yes width=4", three], &[2, 3]), [ALONG]);
-    for other in ["name=B oneway=yes lanes=3", "name=A oneway=yes lanes=2", "name=A oneway=yes lanes=3 highway=primary"]
-    {
-        assert_eq!(lanes_of([three, "name=A oneway=yes", other], &[2, 3]), [ALONG], "{other}");
+    assert_eq!(lanes_of(piece, [two_way, "name=A", two_way], &[2, 3]), [AGAINST, ALONG, ALONG]);
+    assert_eq!(
+        lanes_of(piece, [two_way, "name=A", two_way], &[3, 2]),
+        [AGAINST, AGAINST, ALONG],
+        "drawn the other way"
+    );
+    // Own tags win; a way of another direction or number of lanes is not continued, a long way only by one of its name and class.
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes lanes=2", three], &[2, 3]), [ALONG; 2]);
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes width=4", three], &[2, 3]), [ALONG]);
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes", "name=A oneway=yes lanes=2"], &[2, 3]), [ALONG]);
+    for other in ["name=B oneway=yes lanes=3", "name=A oneway=yes lanes=3 highway=primary"] {
+        assert_eq!(lanes_of(piece, [three, "name=A oneway=yes", other], &[2, 3]), [ALONG; 3], "{other}");
+        assert_eq!(lanes_of(80.0, [three, "name=A oneway=yes", other], &[2, 3]), [ALONG], "{other}");
     }
-    assert_eq!(lanes_of([three, "name=A oneway=yes", three], &[3, 2]), [ALONG], "against the others");
+    assert_eq!(lanes_of(piece, [three, "name=A oneway=yes", three], &[3, 2]), [ALONG], "against the others");
 }
 
 #[test]

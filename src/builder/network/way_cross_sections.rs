@@ -1,7 +1,7 @@
 //! The cross-section of every way. A way without tagged lanes takes those of the road that it continues.
 //!
 //! Mappers who tag lanes often leave out the short piece between two carriageways, on a bridge or through a crossing. If the
-//! lanes before and after it are the same, it has them, too.
+//! lanes before and after it are the same, it has them, too. A short piece may lie between roads of another name or class.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -11,6 +11,7 @@ use crate::builder::tags::cross_section::{
 };
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 use crate::diagnostic::Finding;
+use crate::geometry::{Point, Vector, angle_between};
 use crate::parallel::Finely;
 
 use super::End;
@@ -18,6 +19,10 @@ use super::access::{Access, Drivable};
 
 /// How many consecutive ways are searched for tagged lanes.
 const WAYS_MOST: usize = 4;
+/// A way no longer than this, metres, may be the piece of a road through a crossing.
+const PIECE: f64 = 60.0;
+/// Such a piece goes on straight up to this angle, degrees.
+const STRAIGHT: f64 = 30.0;
 
 /// The cross-section of each way from its own tags.
 pub(super) struct WaySections<'d, 'a> {
@@ -53,12 +58,13 @@ impl<'d, 'a> WaySections<'d, 'a> {
     pub fn of_ways(
         mut self,
         used: impl Iterator<Item = usize>,
+        positions: &FxHashMap<i64, Point>,
         notes: &mut Vec<Finding>,
     ) -> FxHashMap<usize, SectionReading> {
         let mut used: Vec<usize> = used.collect();
         used.sort_unstable();
         used.dedup();
-        let graph = WayGraph::new(self.drivable, used.iter().map(|&i| (i, &self.layouts[i].0)));
+        let graph = WayGraph::new(self.drivable, positions, used.iter().map(|&i| (i, &self.layouts[i].0)));
         let again = used.par_iter().finely().filter_map(|&i| {
             let lanes = graph.continued(i)?;
             Some((i, self.layout(&self.drivable[i], Some(&lanes))))
@@ -94,16 +100,31 @@ struct WayKind<'a> {
     name: Option<&'a str>,
 }
 
+impl WayKind<'_> {
+    /// Whether two ways differ only in name and class.
+    fn like(&self, other: &Self) -> bool {
+        (self.link, self.access, self.roundabout) == (other.link, other.access, other.roundabout)
+    }
+}
+
 struct WayLanes<'a> {
     kind: WayKind<'a>,
     nodes: [i64; 2],
+    /// The directions in which the way leads beyond its ends.
+    outward: [Vector; 2],
+    /// Metres.
+    length: f64,
     /// Left to right along the way; defaults if none are tagged.
     lanes: Vec<Lane>,
     tagged: bool,
 }
 
 impl<'a> WayGraph<'a> {
-    fn new<'l>(drivable: &[Drivable<'a>], layouts: impl Iterator<Item = (usize, &'l SectionReading)>) -> Self {
+    fn new<'l>(
+        drivable: &[Drivable<'a>],
+        positions: &FxHashMap<i64, Point>,
+        layouts: impl Iterator<Item = (usize, &'l SectionReading)>,
+    ) -> Self {
         let (mut ways, mut ends) = (FxHashMap::default(), FxHashMap::<i64, Vec<(usize, End)>>::default());
         for (i, layout) in layouts {
             let Drivable { way, class, link, access } = &drivable[i];
@@ -115,7 +136,12 @@ impl<'a> WayGraph<'a> {
             let name = tags.get("name").or_else(|| tags.get("ref"));
             let kind = WayKind { class: *class, link: *link, access: *access, roundabout: is_roundabout(tags), name };
             let lanes = layout.section.driven().map(|(_, strip)| (strip.kind, strip.travel)).collect();
-            ways.insert(i, WayLanes { kind, nodes: [first, last], lanes, tagged: tells_lanes(tags) });
+            let points: Vec<Point> = way.nodes.iter().filter_map(|node| positions.get(node).copied()).collect();
+            let steps: Vec<Vector> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let outward = [steps.first().map(|step| -step), steps.last().copied()].map(Option::unwrap_or_default);
+            let length = steps.iter().map(Vector::norm).sum();
+            let nodes = [first, last];
+            ways.insert(i, WayLanes { kind, nodes, outward, length, lanes, tagged: tells_lanes(tags) });
             ends.entry(first).or_default().push((i, End::Start));
             ends.entry(last).or_default().push((i, End::End));
         }
@@ -147,14 +173,25 @@ impl<'a> WayGraph<'a> {
     /// The way that continues another beyond an end, and the end at which it does; `None` if there are several.
     fn beyond(&self, way: usize, end: End) -> Option<(usize, End)> {
         let own = &self.ways[&way];
-        let node = own.nodes[end];
-        let mut next = self.ends[&node].iter().copied().filter(|&(other, entry)| {
+        let next = self.ends[&own.nodes[end]].iter().copied().filter(|&(other, entry)| {
             let lanes = &self.ways[&other].lanes;
             let along = if entry == end { directions(&reversed_lanes(lanes)) } else { directions(lanes) };
-            other != way && self.ways[&other].kind == own.kind && along == directions(&own.lanes)
+            other != way && along == directions(&own.lanes)
         });
-        next.next().filter(|_| next.next().is_none())
+        let of_kind = only(next.clone().filter(|(other, _)| self.ways[other].kind == own.kind));
+        let goes_straight_on = |&(other, entry): &(usize, End)| {
+            let WayLanes { kind, outward, .. } = &self.ways[&other];
+            let turn = angle_between(own.outward[end], -outward[entry]).abs().to_degrees();
+            turn <= STRAIGHT && kind.like(&own.kind)
+        };
+        of_kind.or_else(|| only(next.filter(goes_straight_on)).filter(|_| own.length <= PIECE))
     }
+}
+
+/// The only item.
+fn only<T>(mut items: impl Iterator<Item = T>) -> Option<T> {
+    let first = items.next();
+    first.filter(|_| items.next().is_none())
 }
 
 /// The lanes as seen from the other end.

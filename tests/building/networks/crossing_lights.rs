@@ -53,6 +53,23 @@ fn drivers_have_lights_where_people_have_some_between_intersections() {
 }
 
 #[test]
+fn crosswalks_that_would_lie_on_each_other_are_one_with_lights() {
+    for side in SIDES {
+        let nodes = [
+            (1, -100.0, 0.0, ""),
+            (2, 0.0, 0.0, "highway=crossing"),
+            (3, 2.0, 0.0, "highway=crossing crossing=traffic_signals"),
+            (4, 100.0, 0.0, ""),
+        ];
+        let Built { map, settings, .. } =
+            built(&network(side, &nodes, &[(10, &[1, 2, 3, 4])], "highway=residential lanes=2"), side, "");
+        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+        let crosswalks = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "crosswalk"));
+        assert_eq!((crosswalks.count(), drivers(&map).len()), (1, 2));
+    }
+}
+
+#[test]
 fn the_stop_line_lies_before_the_crosswalk_on_the_lane_that_leads_to_it() {
     for side in SIDES {
         let Built { map, .. } = crossed(side, "highway=residential lanes=2", true);
