@@ -183,7 +183,7 @@ struct BicycleTags<'a> {
 }
 
 impl TurningTags for BicycleTags<'_> {
-    fn bound(&self, _: &MapBuilder, _: &ArmLane, _: usize) -> Attributes {
+    fn bound(&self, _: &MapBuilder, _: &MovementEnds, _: usize) -> Attributes {
         match self.intersection.arms.len() > 2 {
             true => unpainted(),
             false => Attributes::of(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),

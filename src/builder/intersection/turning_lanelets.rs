@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use crate::builder::ids::Key;
 use crate::builder::lanes::lanelet_validity::is_valid;
 use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, road_attributes};
-use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
+use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::turn_angle::turned;
 use crate::builder::network::{Intersection, RoadNetwork};
@@ -123,8 +123,8 @@ pub fn turning_lanelets(
 
 /// The tags of the turning lanelets of an intersection.
 pub trait TurningTags {
-    /// Tags of a bound, from the lane that leads in and its side: 0 left, 1 right.
-    fn bound(&self, assembly: &MapBuilder, from: &ArmLane, side: usize) -> Attributes;
+    /// Tags of a bound of a movement, by its side: 0 left, 1 right.
+    fn bound(&self, assembly: &MapBuilder, ends: &MovementEnds, side: usize) -> Attributes;
 
     /// Tags of a lanelet.
     fn lanelet(&self, assembly: &MapBuilder, ends: &MovementEnds, kind: StripKind) -> Attributes;
@@ -154,15 +154,15 @@ impl VehicleTags<'_> {
 }
 
 impl TurningTags for VehicleTags<'_> {
-    fn bound(&self, assembly: &MapBuilder, from: &ArmLane, side: usize) -> Attributes {
-        match self.paint {
-            IntersectionPaint::None => unpainted(),
-            IntersectionPaint::AsBefore => {
-                let lane = &self.lanes.lanes[from.lane];
-                let bound = [lane.left, lane.right][side];
-                assembly.line_of(bound.line).map(|line| line.attributes.clone()).unwrap_or_default()
-            }
+    fn bound(&self, assembly: &MapBuilder, (movement, from, _): &MovementEnds, side: usize) -> Attributes {
+        if self.paint == IntersectionPaint::None {
+            return unpainted();
         }
+        let lane = &self.lanes.lanes[from.lane];
+        let before = assembly.line_of([lane.left, lane.right][side].line).map(|line| line.attributes.clone());
+        let outermost = [0, self.arms[movement.to].out.len() - 1][side];
+        // Where one lane becomes several, only the outer ones go on along its border.
+        before.filter(|it| movement.out_lane == outermost || !it.is("type", "road_border")).unwrap_or_else(unpainted)
     }
 
     fn lanelet(&self, assembly: &MapBuilder, ends: &MovementEnds, kind: StripKind) -> Attributes {
@@ -244,7 +244,7 @@ impl DrawnMovements {
             if let [first, .., last] = &mut places[..] {
                 [*first, *last] = [from.places[i], to.places[i]];
             }
-            self.bounds.draw(assembly, key, nodes[i], &places, tags.bound(assembly, from, i))
+            self.bounds.draw(assembly, key, nodes[i], &places, tags.bound(assembly, &smooth.0, i))
         }))
     }
 

@@ -384,3 +384,19 @@ fn a_road_keeps_its_bend_and_its_width_where_a_stub_is_left_out() {
         }
     }
 }
+
+#[test]
+fn no_border_runs_between_the_lanes_that_one_lane_becomes() {
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 100.0, 0.0, "")];
+    let ways: [(i64, &[i64], &str); 2] =
+        [(11, &[1, 2], "highway=primary oneway=yes lanes=1"), (12, &[2, 3], "highway=primary oneway=yes lanes=3")];
+    for side in SIDES {
+        let Built { map, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let bounds = |lane: &Lanelet| [lane.left, lane.right].map(|bound| map.linestrings.get(bound.line).unwrap());
+        let is_border = |lane: &Lanelet| bounds(lane).map(|line| line.attributes.is("type", "road_border"));
+        let mut fan: Vec<[bool; 2]> =
+            map.lanelets.iter().filter(|lane| !lane.attributes.has("road_id")).map(is_border).collect();
+        fan.sort_unstable();
+        assert_eq!(fan, [[false, false], [false, true], [true, false]], "{side:?}");
+    }
+}
