@@ -199,6 +199,8 @@ pub enum Condition {
         kind: ElementKind,
         /// Its id.
         id: i64,
+        /// Whether only its `type` is missing, by its members.
+        untyped: bool,
     },
     /// Lanelet or regulatory element: a member exists in the file but was itself dropped. Its own fault says why.
     MemberDropped {

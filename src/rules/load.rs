@@ -68,15 +68,19 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::MemberDropped { kind, id, role } => {
             found("skipped", format!("{about} loses its member {role}: {kind} {id} did not load."))
         }
-        Condition::NotRegulatoryElement { kind, id } => {
+        Condition::NotRegulatoryElement { kind, id, untyped } => {
             let finding =
                 found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."));
-            without_member(finding, *kind, *id, "regulatory_element")
+            match untyped {
+                true => with_inferred_tag(finding, Subject::Relation(*id), "type", Some("regulatory_element")),
+                false => without_member(finding, *kind, *id, "regulatory_element"),
+            }
         }
         Condition::UnknownRelationType { found: kind, meant } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
             with_inferred_tag(
                 found("relation-type", format!("{about} has {kind} and is ignored.")),
+                subject,
                 "type",
                 meant.as_deref(),
             )
@@ -146,7 +150,7 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     Some(match &fault.condition {
         Condition::WithoutSubtype { meant } => {
             let message = format!("{about} has no subtype; no map will be published.");
-            with_inferred_tag(found("re-subtype", message), "subtype", meant.as_deref())
+            with_inferred_tag(found("re-subtype", message), subject, "subtype", meant.as_deref())
         }
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
@@ -216,10 +220,10 @@ fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, boo
     finding.at(Place::Line(points.map(|point| point.position).collect()))
 }
 
-/// Adds the fix that sets the tag which the members of a relation imply.
-fn with_inferred_tag(finding: Finding, key: &str, meant: Option<&str>) -> Finding {
+/// Adds the fix that sets the tag of a relation which its members imply.
+fn with_inferred_tag(finding: Finding, on: Subject, key: &str, meant: Option<&str>) -> Finding {
     let Some(meant) = meant else { return finding };
-    let edits = vec![Edit::SetTag { on: finding.subject, key: key.into(), value: meant.into() }];
+    let edits = vec![Edit::SetTag { on, key: key.into(), value: meant.into() }];
     finding.fixed_by(format!("set {key}={meant}, as its members call for"), true, edits)
 }
 

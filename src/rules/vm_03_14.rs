@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::{Point, polygon, segment_crossing};
-use crate::lanelet::index::{Intersection, Lane, MapIndex, StopLine};
+use crate::geometry::{Point, segment_crossing};
+use crate::lanelet::index::{Lane, MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, Target};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -131,7 +131,7 @@ fn unreferenced(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let near = map.lanes_near(middle, middle);
         let crossed: Vec<usize> = near
             .into_iter()
-            .filter(|&lane| map.lanes[lane].vehicle && is_inside(map, lane, middle))
+            .filter(|&lane| map.lanes[lane].vehicle && map.movement(lane).is_some_and(|(it, ..)| it.holds(middle)))
             // A line at the start is vm-03-09's.
             .filter(|&lane| line.misfit(&map.lanes[lane], params.extra).distance > params.start)
             .filter(|&lane| crossing(params, &line, &map.lanes[lane]).is_some())
@@ -148,10 +148,4 @@ fn unreferenced(map: &MapIndex, params: &Params) -> Vec<Finding> {
         Some(finding.fixed_by("create a road_marking element", false, vec![edit]))
     })
     .collect()
-}
-
-/// Whether a lane is part of an intersection that has the place in its area.
-fn is_inside(map: &MapIndex, lane: usize, place: Point) -> bool {
-    let inside = |intersection: &Intersection| polygon::contains(&intersection.ring, place);
-    map.movement(lane).is_some_and(|(intersection, ..)| inside(intersection))
 }

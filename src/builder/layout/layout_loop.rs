@@ -134,8 +134,7 @@ impl LayoutLoop<'_> {
             }
             let directed = self.direct_half_served_roads();
             if !directed.is_empty() {
-                self.layout.redraw(&directed);
-                return ControlFlow::Continue(self);
+                return ControlFlow::Continue(self.redirected(&before, &directed));
             }
             let drops = lane_drops(&self.layout);
             if !drops.is_empty() {
@@ -249,8 +248,8 @@ impl LayoutLoop<'_> {
         changed
     }
 
-    /// Takes the direction from roads that no lanelet serves at an end. Gives these roads, in order.
-    fn direct_half_served_roads(&mut self) -> Vec<RoadIx> {
+    /// Takes the direction from roads that no lanelet serves at an end. Gives these roads.
+    fn direct_half_served_roads(&mut self) -> BTreeSet<RoadIx> {
         let mut directed = BTreeSet::new();
         for (at, away) in half_served_ends(&self.layout) {
             let Layout { network, restrictions, .. } = &mut self.layout;
@@ -259,7 +258,15 @@ impl LayoutLoop<'_> {
                 directed.insert(at.road);
             }
         }
-        directed.into_iter().collect()
+        directed
+    }
+
+    /// Draws roads again that have lost a direction. They may meet others face to face now.
+    fn redirected(mut self, before: &NetworkSnapshot, directed: &BTreeSet<RoadIx>) -> Self {
+        let network = std::mem::take(&mut self.layout.network);
+        let diff = NetworkDiff::between(before, &network);
+        let kept = std::mem::take(&mut self.kept);
+        self.redrawn((before, &diff), (network, kept), directed)
     }
 
     /// Draws what has changed since the network was `before`: some roads are gone.
@@ -267,7 +274,7 @@ impl LayoutLoop<'_> {
         let network = std::mem::take(&mut self.layout.network);
         let diff = NetworkDiff::between(before, &network);
         let kept: Vec<Stations> = diff.roads().filter_map(|(_, old)| self.kept.get(old?.position()).copied()).collect();
-        self.redrawn(before, &diff, (network, kept))
+        self.redrawn((before, &diff), (network, kept), &BTreeSet::new())
     }
 
     /// Gives roads more lanes at their beginnings, and draws what that changes. Merges of before stay.
@@ -277,18 +284,18 @@ impl LayoutLoop<'_> {
         let (network, kept) = with_lane_drops(network, &self.kept, drops);
         let diff = NetworkDiff::between(before, &network);
         (self.unmerged, self.merged) = (None, Vec::new());
-        self.redrawn(before, &diff, (network, kept))
+        self.redrawn((before, &diff), (network, kept), &BTreeSet::new())
     }
 
-    /// Draws what differs between the network `before` and a later one.
+    /// Draws what differs between the network `before` and a later one, and the roads in `directed`.
     fn redrawn(
         self,
-        before: &NetworkSnapshot,
-        diff: &NetworkDiff,
+        (before, diff): (&NetworkSnapshot, &NetworkDiff),
         (network, kept): (RoadNetwork, Vec<Stations>),
+        directed: &BTreeSet<RoadIx>,
     ) -> Self {
         let back = self.layout.kept_setbacks(diff, &network);
-        let (layout, notes) = self.layout.followed((before, diff), network, (&kept, back));
+        let (layout, notes) = self.layout.followed((before, diff), network, (&kept, back), directed);
         Self { layout, kept, notes, ..self }
     }
 
@@ -297,7 +304,7 @@ impl LayoutLoop<'_> {
     fn begun_anew(self, before: &NetworkSnapshot, unmerged: Unmerged) -> Self {
         let Unmerged { network, kept, back, road_notes, refused } = unmerged;
         let diff = NetworkDiff::between(before, &network);
-        let (layout, notes) = self.layout.followed((before, &diff), network, (&kept, back));
+        let (layout, notes) = self.layout.followed((before, &diff), network, (&kept, back), &BTreeSet::new());
         Self { layout, kept, notes, road_notes, refused, merged: Vec::new(), ..self }
     }
 

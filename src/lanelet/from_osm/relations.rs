@@ -302,7 +302,9 @@ impl Loader<'_> {
             let target = self.osm.relation(id).filter(|_| kind == ElementKind::Relation);
             let is_element = target.is_some_and(|t| RelationType::of(&t.tags) == RelationType::RegulatoryElement);
             if !is_element {
-                self.fault(subject, &relation.span, Condition::NotRegulatoryElement { kind, id });
+                let meant = target.filter(|t| !t.tags.has("type")).and_then(infer_type::relation_type);
+                let untyped = meant.is_some_and(|meant| meant == "regulatory_element");
+                self.fault(subject, &relation.span, Condition::NotRegulatoryElement { kind, id, untyped });
             } else if self.loaded.map.regulatory_elements.contains(RegulatoryElementId(id)) {
                 elements.push(RegulatoryElementId(id));
             } else {

@@ -197,7 +197,7 @@ fn members_of_elements_are_no_elements() {
     let (kind, id) = (ElementKind::Way, 11);
     assert_eq!(
         changed(r#"type="relation" ref="31""#, r#"type="way" ref="11""#),
-        [(Subject::Lanelet(21), Condition::NotRegulatoryElement { kind, id })]
+        [(Subject::Lanelet(21), Condition::NotRegulatoryElement { kind, id, untyped: false })]
     );
 }
 

@@ -242,6 +242,11 @@ impl Intersection {
     pub fn is_simple(&self) -> bool {
         simple_ring::is_simple(&self.ring)
     }
+
+    /// Whether its area holds a place.
+    pub fn holds(&self, place: Point) -> bool {
+        polygon::contains(&self.ring, place)
+    }
 }
 
 /// The side of the road on which people drive.

@@ -89,3 +89,22 @@ fn a_single_track_loses_a_direction_beyond_the_place_where_its_tags_change() {
         assert_eq!(["12:", "13:"].map(lanelets), [1, 1], "{side:?}");
     }
 }
+
+/// At the edge of the data a two-way street meets a one-way street that leads against it.
+#[test]
+fn a_street_that_loses_a_direction_meets_the_next_face_to_face() {
+    let nodes =
+        [(1, -220.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 60.0, 3.0, ""), (4, -220.0, 80.0, ""), (5, -220.0, -80.0, "")];
+    let ways: [(i64, &[i64], &str); 4] = [
+        (11, &[1, 2, 99], "highway=primary"),
+        (12, &[3, 2], "highway=tertiary oneway=yes"),
+        (13, &[4, 1], "highway=primary"),
+        (14, &[5, 1], "highway=primary"),
+    ];
+    for side in SIDES {
+        let Built { map, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let is_between = |lane: &&Lanelet| !lane.attributes.has("road_id") && !lane.attributes.has("intersection_area");
+        assert_eq!(map.lanelets.iter().filter(is_between).count(), 0, "{side:?}");
+        assert_eq!(map.lanelets.iter().filter(|lane| lane.attributes.has("road_id")).count(), 6, "{side:?}");
+    }
+}

@@ -1,5 +1,7 @@
 //! Reuse: turns the layout of a network into that of a network that was made from it. Only what changes is drawn again.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use crate::builder::intersection::movement::movements;
@@ -26,15 +28,16 @@ fn cut_at(arm: &Arm, assembly: &MapBuilder) -> CutAt {
 }
 
 impl Layout {
-    /// The layout of a `network` that was made from this one by merging intersections, or by taking merges back. Only roads that are new
-    /// or end elsewhere than before are drawn again, with the lanelets at their ends. `before` is the network of this layout. Of the
-    /// new one, `kept` are the stations between which the outlines leave each road, and `back` the least setbacks, metres. Also gives
-    /// the restrictions that cannot be expressed.
+    /// The layout of a `network` that was made from this one by merging intersections, by taking merges back, or by taking directions
+    /// from the roads `directed`. Only these, and roads that are new or end elsewhere than before, are drawn again, with the lanelets at
+    /// their ends. `before` is the network of this layout. Of the new one, `kept` are the stations between which the outlines leave
+    /// each road, and `back` the least setbacks, metres. Also gives the restrictions that cannot be expressed.
     pub(in crate::builder::layout) fn followed(
         self,
         (before, diff): (&NetworkSnapshot, &NetworkDiff),
         network: RoadNetwork,
         (kept, back): (&[Stations], Vec<[f64; 2]>),
+        directed: &BTreeSet<RoadIx>,
     ) -> (Self, Vec<Finding>) {
         let mut roads: Vec<RoadIx> = (0..network.roads.len()).map(RoadIx::new).collect();
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
@@ -60,7 +63,7 @@ impl Layout {
         joins.set_gore_corners(gore_corners(&network, &lines));
         let elsewhere = joins.take_over(&met, diff);
         let stays = |road: &RoadIx| diff.of(*road).is_some_and(|old| was.kept[old] == lines.kept[*road]);
-        roads.retain(|road| elsewhere.contains(road) || !stays(road));
+        roads.retain(|road| elsewhere.contains(road) || directed.contains(road) || !stays(road));
         let mut lanes = lanes.reindexed(diff);
         let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();
@@ -69,7 +72,8 @@ impl Layout {
             let old = diff.untouched(IntersectionIx::new(i))?;
             let mut turning = known[old].take()?;
             let redrawn: Vec<_> = at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?))).collect();
-            if redrawn.iter().any(|(arm, before)| cut_at(arm, &assembly) != **before) {
+            let is_directed = at.arms.iter().any(|at| directed.contains(&at.road));
+            if is_directed || redrawn.iter().any(|(arm, before)| cut_at(arm, &assembly) != **before) {
                 return None;
             }
             let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
