@@ -201,6 +201,9 @@ fn of_a_torn_map_fixing_ends_and_makes_no_error() {
     });
 }
 
+/// Errors of lanes that end or begin where an intersection has no lanelet for them.
+const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
+
 /// Breaks the clean maps in as many ways as there are seeds; `fix` ends, adds no error, and finds nothing more to do.
 fn fixing_ends_and_makes_no_error(break_map: impl Fn(&mut Draft, &mut Dice) + Sync) {
     let bases = bases();
@@ -212,7 +215,10 @@ fn fixing_ends_and_makes_no_error(break_map: impl Fn(&mut Draft, &mut Dice) + Sy
         let broken = judge(base, &draft, &osm(draft.text())).unwrap();
         let once = mended(base, &draft);
         let known = errors(&broken);
-        for (error, count) in errors(&once.left) {
+        // Where a lanelet is torn away, the lane before it ends. Nobody sees that until the intersection is marked.
+        let is_torn = draft.lanelets().count() < base.draft.lanelets().count();
+        let is_loose_end = |error: &str| LOOSE_ENDS.iter().any(|code| error.starts_with(code));
+        for (error, count) in errors(&once.left).into_iter().filter(|(error, _)| !(is_torn && is_loose_end(error))) {
             let before = known.get(&error).copied().unwrap_or_default();
             assert!(count <= before, "{} seed {seed}: {error} {before} -> {count}", base.name);
         }
