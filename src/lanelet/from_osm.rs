@@ -38,7 +38,8 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeated = repeated(osm);
     let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
-    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local, areas: FxHashSet::default() };
+    let (firsts, areas) = (firsts(osm, &repeated), FxHashSet::default());
+    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, firsts, repeats, local, areas };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
     loader.loaded.map.local = local;
     loader.nodes(projector);
@@ -54,13 +55,20 @@ struct Loader<'a> {
     loaded: Loaded,
     /// The positions of elements that share an id within one file.
     repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
+    /// The first relation of each id that several share.
+    firsts: FxHashMap<i64, &'a Relation>,
     repeats: duplicate_ids::DuplicateIds<'a>,
     local: bool,
     /// The areas that load.
     areas: FxHashSet<i64>,
 }
 
-impl Loader<'_> {
+impl<'a> Loader<'a> {
+    /// The relation whose tags the loader takes for an id: the first.
+    fn relation(&self, id: i64) -> Option<&'a Relation> {
+        self.firsts.get(&id).copied().or_else(|| self.osm.relation(id))
+    }
+
     fn fault(&mut self, subject: Subject, span: &SourceSpan, condition: Condition) {
         self.loaded.faults.push(LoadFault { subject, span: Some(span.clone()), condition });
     }
@@ -158,6 +166,18 @@ fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<Sou
     }
     kept.sort_by_key(|relation| relation.id);
     kept
+}
+
+/// The first relation of each id that several share.
+fn firsts<'a>(
+    osm: &'a OsmData,
+    repeated: &FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
+) -> FxHashMap<i64, &'a Relation> {
+    if repeated.is_empty() {
+        return FxHashMap::default();
+    }
+    let of_repeated = osm.relations.iter().filter(|one| repeated.contains_key(&(ElementKind::Relation, one.id)));
+    of_repeated.rev().map(|relation| (relation.id, relation)).collect()
 }
 
 /// The ids that occur twice within one file. Maps in several files may repeat what lies on their borders.

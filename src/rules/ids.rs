@@ -7,11 +7,10 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, ElementKind, LoadFault, PolygonId, Repeat};
 
 use super::NoParams;
-use super::load::name;
+use super::load::{name, with_shared_ids};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-    let twice = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
-    let twice: FxHashSet<Subject> = map.faults.iter().filter(twice).map(|fault| fault.subject).collect();
+    let twice = with_shared_ids(map);
     let faults = map.faults.iter();
     faults.filter_map(|fault| Some(finding(map, fault, &twice)?.standing_at(fault.span.clone()))).collect()
 }

@@ -14,8 +14,11 @@ use super::lost_members::LostMembers;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let lost = LostMembers::of(map);
+    // What is wrong with several elements taken for one says nothing of any of them: their ids come first.
+    let shared = with_shared_ids(map);
     let findings = map.faults.iter().filter_map(|fault| {
-        let finding = finding(map, fault)?.standing_at(fault.span.clone());
+        let mut finding = finding(map, fault)?.standing_at(fault.span.clone());
+        finding.fix = finding.fix.filter(|_| !shared.contains(&fault.subject));
         let may_be_found = matches!(fault.condition, Condition::MemberCount { .. });
         Some(if may_be_found { lost.found_again(finding) } else { finding })
     });
@@ -41,6 +44,12 @@ fn reversed(map: &MapIndex) -> Option<Finding> {
         map.map.lanelets.len()
     );
     Some(Finding::new("reversed", Subject::Map, message).with(first, "first"))
+}
+
+/// The elements whose id others of their kind have, too.
+pub(super) fn with_shared_ids(map: &MapIndex) -> FxHashSet<Subject> {
+    let is_shared = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
+    map.faults.iter().filter(is_shared).map(|fault| fault.subject).collect()
 }
 
 /// Findings, by subject and message, that the loader itself does not report.

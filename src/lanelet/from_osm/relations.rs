@@ -221,7 +221,7 @@ impl Loader<'_> {
                 here(map.linestrings.contains(line), Target::LineString(line))
             }
             ElementKind::Relation => {
-                let Some(target) = osm.relation(id) else { return Resolved::Gone };
+                let Some(target) = self.relation(id) else { return Resolved::Gone };
                 let role = member.role.clone();
                 let condition = match RelationType::of(&target.tags) {
                     RelationType::Lanelet => {
@@ -299,7 +299,7 @@ impl Loader<'_> {
             if !self.osm.contains(kind, id) {
                 continue;
             }
-            let target = self.osm.relation(id).filter(|_| kind == ElementKind::Relation);
+            let target = self.relation(id).filter(|_| kind == ElementKind::Relation);
             let is_element = target.is_some_and(|t| RelationType::of(&t.tags) == RelationType::RegulatoryElement);
             if !is_element {
                 let meant = target.filter(|t| !t.tags.has("type")).and_then(infer_type::relation_type);
