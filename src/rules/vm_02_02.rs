@@ -61,11 +61,11 @@ fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
         .collect()
 }
 
-/// Whether the middle of a line lies in the area of an intersection.
+/// Whether a line lies in an intersection.
 fn inside(map: &MapIndex, view: &View, line: &LineString) -> bool {
     let places = view.places(line);
-    let (Some(first), Some(last)) = (places.first(), places.last()) else { return false };
-    map.is_in_area(nalgebra::center(first, last))
+    let [low, high] = crate::lanelet::index::extent(&places);
+    map.lanes_near(low, high).into_iter().any(|lane| map.has_area(lane))
 }
 
 fn judge(map: &MapIndex, sign: &RegulatoryElement, params: &Params) -> Vec<Finding> {

@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::polygon;
-use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::{LaneletId, RegulatoryElement, RoadType};
 
 use super::road_borders::Borders;
 use super::walkway;
@@ -138,16 +138,33 @@ fn judge_walkway(map: &MapIndex, params: &Params, at: usize, has_crosswalks: boo
         let message =
             format!("Walkway {} is referenced by no crosswalk element of crossing lane {}.", walkway.id, lane.id);
         let finding = Finding::new("walkway-unreferenced", subject, message);
-        let edit = Edit::CreateRegulatoryElement {
-            subtype: "crosswalk".into(),
-            members: vec![("refers".into(), subject)],
-            referrers: vec![lane.id.0],
-        };
         let finding = finding.with(Subject::Lanelet(lane.id.0), "crossing lane");
-        let edits = walking_allowed(map, walkway.id).into_iter().chain([edit]).collect();
-        findings.push(finding.fixed_by(format!("let lane {} announce it", lane.id), true, edits));
+        let lost = map.elements(lane.id, "crosswalk").find_map(|element| refers_again(map, element, subject));
+        let (title, edits) = lost.unwrap_or_else(|| {
+            let (members, referrers) = (vec![("refers".into(), subject)], vec![lane.id.0]);
+            let edit = Edit::CreateRegulatoryElement { subtype: "crosswalk".into(), members, referrers };
+            (format!("let lane {} announce it", lane.id), vec![edit])
+        });
+        let edits = walking_allowed(map, walkway.id).into_iter().chain(edits).collect();
+        findings.push(finding.fixed_by(title, true, edits));
     }
     findings
+}
+
+/// What lets an element refer to a walkway if it refers to nothing on which people walk: it may have lost the walkway.
+fn refers_again(map: &MapIndex, element: &RegulatoryElement, walkway: Subject) -> Option<(String, Vec<Edit>)> {
+    let on = Subject::RegulatoryElement(element.id.0);
+    let is_walked = |id: LaneletId| {
+        let lanelet = map.map.lanelets.get(id);
+        lanelet.is_none_or(|it| it.attributes.is("subtype", "crosswalk") || it.attributes.is("subtype", "walkway"))
+    };
+    if element.lanelets("refers").any(is_walked) {
+        return None;
+    }
+    let wrong = element.lanelets("refers").map(|id| Subject::Lanelet(id.0));
+    let mut edits: Vec<Edit> = wrong.map(|member| Edit::RemoveMember { on, role: "refers".into(), member }).collect();
+    edits.push(Edit::AddMember { on, role: "refers".into(), member: walkway });
+    Some((format!("let {on} refer to it"), edits))
 }
 
 /// How far the walkway reaches beyond the lanes that it crosses, at the end where that is less.

@@ -32,9 +32,11 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let view = map.view();
     let used: FxHashSet<LaneletId> =
         view.elements("crosswalk").flat_map(|element| element.lanelets("refers")).collect();
-    let crosswalks = view.lanelets.iter().filter(|seen| seen.is("crosswalk"));
-    let idle: Vec<&Seen> = crosswalks.filter(|seen| !used.contains(&seen.id())).collect();
-    let mut findings: Vec<Finding> = idle.iter().map(|seen| unreferenced(map, seen)).collect();
+    let is_walkway = |seen: &&Seen| !params.walkways_are_wrong && seen.is("walkway");
+    let unused = view.lanelets.iter().filter(|seen| !used.contains(&seen.id()));
+    let idle: Vec<&Seen> = unused.filter(|seen| seen.is("crosswalk") || is_walkway(seen)).collect();
+    let crosswalks = idle.iter().filter(|seen| seen.is("crosswalk"));
+    let mut findings: Vec<Finding> = crosswalks.map(|seen| unreferenced(map, seen)).collect();
     findings.extend(view.elements("crosswalk").flat_map(|element| judge(map, element, params, &idle)));
     findings
 }

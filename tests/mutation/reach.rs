@@ -140,7 +140,6 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "vm-03-12/sliver",
             "vm-03-12/no-conflict",
             "vm-03-14/not-crossing",
-            "vm-03-14/unreferenced",
             "vm-03-14/sibling-missing",
             "vm-04-01/no-stop-line",
             "vm-04-01/extent",

@@ -246,25 +246,30 @@ pub const KINDS: &[Kind] = &[
         members.iter_mut().filter(|member| member.role == "right").for_each(|member| member.id = own);
         Some(vec![lane])
     }),
-    kind("draw a stop line that nothing refers to", &["vm-02-02/unreferenced"], |_, map, dice| {
-        let lane = dice.pick(plain(map))?;
-        let [left, right] = bounds(map.relation(lane));
-        let first = *map.way(left).nodes.first()?;
-        let ends = [*map.way(right).nodes.first()?, *map.way(right).nodes.last()?];
-        // Bounds may run either way: the nearer end.
-        let away = |node: &i64| (map.place(*node) - map.place(first)).norm();
-        let nodes = vec![first, ends.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?];
-        // Not where there is one already, of which it would be a copy.
-        let taken = |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
-        if map.ways.iter().any(taken) {
-            return None;
-        }
-        let tags = [("type", "stop_line"), ("subtype", "solid")].into_iter().collect();
-        let way = Way { id: map.fresh(), nodes, tags, ..map.way(left).clone() };
-        let id = way.id;
-        map.ways.push(way);
-        Some(vec![id])
-    }),
+    kind(
+        "draw a stop line that nothing refers to",
+        &["vm-02-02/unreferenced", "vm-03-14/unreferenced"],
+        |_, map, dice| {
+            let lane = dice.pick(plain(map))?;
+            let [left, right] = bounds(map.relation(lane));
+            let first = *map.way(left).nodes.first()?;
+            let ends = [*map.way(right).nodes.first()?, *map.way(right).nodes.last()?];
+            // Bounds may run either way: the nearer end.
+            let away = |node: &i64| (map.place(*node) - map.place(first)).norm();
+            let nodes = vec![first, ends.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?];
+            // Not where there is one already, of which it would be a copy.
+            let taken =
+                |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
+            if map.ways.iter().any(taken) {
+                return None;
+            }
+            let tags = [("type", "stop_line"), ("subtype", "solid")].into_iter().collect();
+            let way = Way { id: map.fresh(), nodes, tags, ..map.way(left).clone() };
+            let id = way.id;
+            map.ways.push(way);
+            Some(vec![id])
+        },
+    ),
 ];
 
 /// Road lanelets between intersections.

@@ -1,7 +1,6 @@
 //! What rules ask about single primitives.
 
 use super::{Intersection, Lane, MapIndex};
-use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap, LineString, Polygon, PolygonId, RegulatoryElement, TurnDirection};
 
 impl MapIndex<'_> {
@@ -43,12 +42,6 @@ impl MapIndex<'_> {
     /// Whether a lane is part of an intersection that has an area.
     pub fn has_area(&self, lane: usize) -> bool {
         self.intersections_of(lane).iter().any(|&at| self.intersections[at].area.is_some())
-    }
-
-    /// Whether a place lies in the area of an intersection.
-    pub fn is_in_area(&self, place: Point) -> bool {
-        let mut of_lanes = self.lanes_near(place, place).into_iter().flat_map(|lane| self.intersections_of(lane));
-        of_lanes.any(|&at| self.intersections[at].holds(place))
     }
 
     /// Whether a lane begins in a point, as one that opens beside another: it is reached from beside alone, so that no movement of an

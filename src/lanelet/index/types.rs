@@ -9,13 +9,16 @@ use rustc_hash::FxHashMap;
 use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
 use super::view::View;
-use crate::geometry::{Point, Vector, polygon, simple_ring};
+use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
 use crate::lanelet::{
     LaneletId, LaneletMap, LineStringId, LoadFault, PointId, PolygonId, RegulatoryElement, RegulatoryElementId, Target,
     TurnDirection,
 };
 use crate::settings::Settings;
+
+/// A place this close (m) to the outline of an area lies on it.
+const ON_BORDER: f64 = 0.01;
 
 /// Rectangles of lanes, each with the lane's position.
 pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
@@ -243,9 +246,13 @@ impl Intersection {
         simple_ring::is_simple(&self.ring)
     }
 
-    /// Whether its area holds a place.
+    /// Whether its area holds a place; its border is part of it.
     pub fn holds(&self, place: Point) -> bool {
-        polygon::contains(&self.ring, place)
+        let on_border = || {
+            let border = Polyline::new(self.ring.iter().chain(self.ring.first()).copied());
+            border.is_some_and(|border| border.distance(place) <= ON_BORDER)
+        };
+        polygon::contains(&self.ring, place) || on_border()
     }
 }
 
