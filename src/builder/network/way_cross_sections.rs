@@ -16,13 +16,12 @@ use crate::parallel::Finely;
 
 use super::End;
 use super::access::{Access, Drivable};
+use super::turn_angle::STRAIGHT;
 
 /// How many consecutive ways are searched for tagged lanes.
 const WAYS_MOST: usize = 4;
 /// A way no longer than this, metres, may be the piece of a road through a crossing.
 const PIECE: f64 = 60.0;
-/// Such a piece goes on straight up to this angle, degrees.
-const STRAIGHT: f64 = 30.0;
 
 /// The cross-section of each way from its own tags.
 pub(super) struct WaySections<'d, 'a> {
