@@ -30,9 +30,10 @@ mod view;
 mod watch;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::api::{files, load};
 use crate::builder::tags::driving_side;
 use crate::osm;
 use crate::projection;
@@ -106,6 +107,39 @@ fn shared(run: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failur
     result
 }
 
+impl Verb {
+    /// The maps that are read.
+    fn maps(&self) -> Vec<&Path> {
+        match self {
+            Self::Check(args) => vec![&args.map],
+            Self::Draw(args) => args.map.iter().chain(args.compare.iter().flatten()).map(PathBuf::as_path).collect(),
+            Self::Fix(args) => vec![&args.map],
+            Self::Fmt(args) => vec![&args.map],
+            Self::Split(args) => vec![&args.map],
+            Self::Merge(args) => args.maps.iter().map(PathBuf::as_path).collect(),
+            Self::Diff(args) => vec![&args.old, &args.new],
+            Self::Project(verb) => vec![verb.map()],
+            Self::Stats(args) => vec![&args.map],
+            Self::View(args) => vec![&args.map],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// Completes what a run has left half-moved that was killed, before a map is read.
+fn completed(verb: &Verb) -> Result<(), Failure> {
+    for map in verb.maps() {
+        let home = load::home(map);
+        if files::complete(home)? {
+            output::complain(&format!(
+                "{}: an earlier run was killed while it moved its files here; they are all in their places now\n",
+                home.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
@@ -124,7 +158,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return if asked.use_stderr() { FAILED } else { CLEAN };
         }
     };
-    let result: Result<u8, Failure> = match verb {
+    let result: Result<u8, Failure> = completed(&verb).and_then(|()| match verb {
         Verb::Build(args) => shared(|| build::run(&args)),
         Verb::Geometry(args) => shared(|| geometry::run(&args)),
         Verb::Check(args) => check::run(&args),
@@ -142,7 +176,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Rules { profile } => explain::rules(profile),
         Verb::Completions { shell } => packaging::completions(shell, Cli::command()),
         Verb::Man { dir } => packaging::man(&dir, Cli::command()),
-    };
+    });
     result.unwrap_or_else(|failure| {
         output::complain(&failure.render(output::stderr_style()));
         FAILED

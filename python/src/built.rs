@@ -60,6 +60,7 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
 ///     config: Settings (docs/configuration.md): a file to read instead of lanewright.toml, 'KEY=VALUE', a mapping, or a list of
 ///         these, of which the last counts most.
 ///     isolated: Whether to read no lanewright.toml that is not named.
+///     force: Whether to write over a map that no run has written, or that was changed since.
 ///     name: What messages call an input that is given as bytes.
 ///     threads: How many threads share the work; one for each processor if None.
 ///
@@ -73,7 +74,7 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
 ///     WriteError: The map cannot be written.
 ///     TypeError, ValueError: An argument is of the wrong type, or has a value that there is not.
 #[pyfunction]
-#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, profile=None, config=None, isolated=false, name=None, threads=None))]
+#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, profile=None, config=None, isolated=false, force=false, name=None, threads=None))]
 #[allow(clippy::too_many_arguments, reason = "Python names them")]
 pub fn build(
     py: Python<'_>,
@@ -85,6 +86,7 @@ pub fn build(
     profile: Option<Any<'_, '_>>,
     config: Option<Any<'_, '_>>,
     isolated: bool,
+    force: bool,
     name: Option<String>,
     threads: Option<Any<'_, '_>>,
 ) -> PyResult<BuiltMap> {
@@ -95,7 +97,7 @@ pub fn build(
     let name = input.name();
     let made = work::run(py, threads, move || {
         if let Some(directory) = &output {
-            api::spare(directory)?;
+            api::spare(directory, force)?;
         }
         let mut merges: Vec<String> = Vec::new();
         let map = api::BuiltMap::uncontested(&options, |options| {
@@ -104,7 +106,7 @@ pub fn build(
             Ok::<Layout, api::Error>(layout)
         })?;
         if let Some(directory) = &output {
-            map.write(directory)?;
+            map.write(directory, force)?;
         }
         let notes = notes::taken(&map.built.notes, &map.built.projector);
         let settings = map.settings()?;
@@ -236,12 +238,14 @@ impl BuiltMap {
     ///
     /// Args:
     ///     directory: Where to; made if it is not there.
+    ///     force: Whether to write over a map that no run has written, or that was changed since.
     ///
     /// Raises:
-    ///     WriteError: They cannot be written, or a lanewright.toml is there that no build has written.
-    fn write(&self, py: Python<'_>, directory: PathBuf) -> PyResult<()> {
+    ///     WriteError: They cannot be written, a lanewright.toml is there that no build has written, or such a map without force.
+    #[pyo3(signature = (directory, *, force=false))]
+    fn write(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<()> {
         let map = self.map.clone();
-        work::run(py, self.threads, move || map.write(&directory))
+        work::run(py, self.threads, move || map.write(&directory, force))
     }
 
     /// Summary, projector and notes as a dictionary that JSON can hold.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lanewright::api::{Configuration, Edits, Error, FixOptions};
+use lanewright::api::{Configuration, EditedFile, Edits, Error, FixOptions};
 use lanewright::fix::Mend as Done;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -69,7 +69,7 @@ pub fn fix(
             fixed.write()?;
         }
         let one = match &fixed.mended.osm.sources[..] {
-            [only] => Some(only.text.clone()),
+            [only] => Some(only.as_written()),
             _ => None,
         };
         let mended = Mended {
@@ -184,8 +184,8 @@ impl FixResult {
     #[getter]
     fn files<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let files = PyDict::new(py);
-        for (_, source) in &self.mended.edits.files {
-            files.set_item(&source.name, PyBytes::new(py, source.text.as_bytes()))?;
+        for EditedFile { source, .. } in &self.mended.edits.files {
+            files.set_item(&source.name, PyBytes::new(py, source.as_written().as_bytes()))?;
         }
         Ok(files)
     }
@@ -199,7 +199,7 @@ impl FixResult {
     /// Change the files in place, all or none.
     ///
     /// Raises:
-    ///     WriteError: They cannot be written, or the map is packed or was given as bytes.
+    ///     WriteError: They cannot be written or were changed after they were read, or the map is packed or was given as bytes.
     fn write(&self, py: Python<'_>) -> PyResult<()> {
         let edits = self.mended.edits.clone();
         py.detach(move || edits.write()).map_err(|error| errors::raised(py, error))

@@ -14,8 +14,9 @@ use crate::settings::Settings;
 use super::config::NAME;
 use super::divided::{grid, into_draft, told};
 use super::error::{Error, ErrorKind};
-use super::files::{self, SETTINGS_HEAD, spare};
+use super::files::Draft;
 use super::layout::{Layout, LayoutOptions};
+use super::own_output::{SETTINGS_HEAD, spare, spare_settings, write_known};
 use super::{InMemory, Input};
 
 /// A map that was built, with what goes beside it.
@@ -74,15 +75,16 @@ impl BuiltMap {
     ///
     /// # Errors
     ///
-    /// Where they cannot be written, or would take the place of settings that no build has written.
-    pub fn write(&self, directory: &Path) -> Result<(), Error> {
-        spare(directory)?;
+    /// Where they cannot be written, or would take the place of settings that no build has written, or, unless `force` is given, of
+    /// a map that no run has written, or that was changed since.
+    pub fn write(&self, directory: &Path, force: bool) -> Result<(), Error> {
+        spare(directory, force)?;
         let (info, settings) = (self.projector_info(), self.settings()?);
         let write = || -> Result<(), Failure> {
-            let mut draft = files::Draft::new(directory)?;
-            draft.write(MAP, |file| self.write_osm(file))?;
-            draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
-            draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;
+            let mut draft = Draft::new(directory)?;
+            let map = write_known(&mut draft, MAP, |file| self.write_osm(file))?;
+            let info = write_known(&mut draft, INFO, |file| file.write_all(info.as_bytes()))?;
+            draft.write(NAME, |file| file.write_all(format!("{settings}{map}{info}").as_bytes()))?;
             draft.publish()
         };
         write().map_err(ErrorKind::Write.of())
@@ -94,11 +96,11 @@ impl BuiltMap {
     ///
     /// As [`BuiltMap::write`], and where the directory holds a map already.
     pub fn write_cells(&self, directory: &Path, size: u32) -> Result<Divided, Error> {
-        spare(directory)?;
+        spare_settings(directory)?;
         let grid = grid(size)?;
         let (info, settings) = (self.projector_info(), self.settings()?);
         let write = |failure| ErrorKind::Write.error(failure);
-        let mut draft = files::Draft::new(directory).map_err(write)?;
+        let mut draft = Draft::new(directory).map_err(write)?;
         // Divided from its text, as any map is: so cells are the same whether the map was written before or not.
         let whole = draft.scratch("whole.osm").map_err(write)?;
         File::create(&whole).and_then(|file| self.write_osm(file)).map_err(|error| {

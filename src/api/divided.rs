@@ -12,8 +12,9 @@ use crate::report::failure::Failure;
 
 use super::config::{self, Configuration, NAME};
 use super::error::{Error, ErrorKind};
-use super::files::{Draft, spare, there_already};
+use super::files::{Draft, there_already};
 use super::load::{home, open_failure, projector, read_failure};
+use super::own_output::spare_settings;
 
 /// The grid of cells with sides of this length.
 pub(crate) fn grid(size: u32) -> Result<Grid, Error> {
@@ -55,7 +56,7 @@ pub(super) enum Unmade {
 
 /// Divides the map in these files into the cells of a draft, with their list.
 pub(super) fn into_draft(
-    draft: &mut Draft<'_>,
+    draft: &mut Draft,
     files: &[PathBuf],
     projector: Option<Projector>,
     grid: Grid,
@@ -128,8 +129,8 @@ impl Beside {
     }
 
     /// Adds the files to a draft; settings that no build has written are spared.
-    pub(super) fn write(&self, draft: &mut Draft<'_>) -> Result<(), Failure> {
-        spare(draft.dir())?;
+    pub(super) fn write(&self, draft: &mut Draft) -> Result<(), Failure> {
+        spare_settings(draft.dir())?;
         self.0.iter().try_for_each(|(name, bytes)| draft.write(name, |file| file.write_all(bytes)))
     }
 }

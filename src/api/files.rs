@@ -1,64 +1,87 @@
-//! Writes results so that a failure leaves no file half-written and the old files unchanged.
+//! Writes every output, so that a failure leaves no file half-written and the old files unchanged.
+//!
+//! What is drafted beside its place takes it in one move, with the owner and the rights of the file that was there. A file with other
+//! names or behind a link stays what it is and gets the content. What is no file is written into. Several files are put into their
+//! places together: a run that is killed meanwhile is completed by the next one (`marker.rs`).
+
+mod kept;
+mod lock;
+mod marker;
+mod place;
+mod step;
+mod told;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::report::failure::Failure;
-use tempfile::TempDir;
 
-use super::config::NAME;
-use super::error::{Error, ErrorKind};
-
-/// Says how the settings of a build came to be and what they are for.
-pub(super) const SETTINGS_HEAD: &str =
-    "# What OpenStreetMap told and the map cannot say; `lanewright check` reads it.\n";
-
-/// Whether a build has written these settings.
-pub(super) fn wrote(settings: &Path) -> bool {
-    fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
-}
-
-/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
-/// work begins.
-///
-/// # Errors
-///
-/// Where such settings are there.
-pub fn spare(directory: &Path) -> Result<(), Error> {
-    let settings = directory.join(NAME);
-    if settings.is_file() && !wrote(&settings) {
-        let failure =
-            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
-        return Err(ErrorKind::Write.error(
-            failure
-                .about(settings.display().to_string())
-                .help("build into a directory of its own; the settings of directories above it count there, too"),
-        ));
-    }
-    Ok(())
-}
+pub use kept::Was;
+pub(super) use lock::Aside;
+use lock::{Alone, sweep};
+use marker::Mark;
+pub use marker::complete;
+use place::Place;
+pub use place::is_stdout;
+use step::{How, Item, Step};
+use told::{failed, is_a_directory};
+pub(super) use told::{parent, there_already};
 
 /// Writes one file, whole or not at all.
 pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let (dir, name) = split(file)?;
-    publish(dir, &[(name, bytes)])
+    write_by(file, |out| out.write_all(bytes).and_then(|()| out.sync_all()))
 }
 
-/// Writes one file by a function that need not hold all of it in memory, whole or not at all.
+/// Writes one file by a function that need not hold all of it in memory, whole or not at all. What is no file gets the content when
+/// all of it is there.
 pub fn write_by(file: &Path, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
-    let (dir, name) = split(file)?;
-    let mut draft = Draft::new(dir)?;
-    draft.write(name, content)?;
-    draft.publish()
+    let write = |error: io::Error| failed("write", file, &error);
+    match Place::of(file).map_err(write)? {
+        Place::File(target) => {
+            let (dir, name) = split(&target)?;
+            let mut draft = Draft::new(dir)?;
+            draft.write(name, content)?;
+            draft.publish()
+        }
+        Place::Stdout | Place::Stream(_) => {
+            let mut draft = tempfile::tempfile().map_err(write)?;
+            content(&mut draft).and_then(|()| step::pour(&mut draft, file)).map_err(write)
+        }
+    }
 }
 
-/// Writes files of one directory, all or none.
-pub fn write_all(files: &[(&Path, &[u8])]) -> Result<(), Failure> {
-    let Some((first, _)) = files.first() else { return Ok(()) };
-    let (dir, _) = split(first)?;
-    let named: Result<Vec<_>, Failure> = files.iter().map(|(file, bytes)| Ok((split(file)?.1, *bytes))).collect();
-    publish(dir, &named?)
+/// A file that was read, and what it is to hold.
+#[derive(Clone, Debug)]
+pub struct Rewritten<'a> {
+    /// Where it is.
+    pub file: &'a Path,
+    /// What it held when it was read; `None` where it was not there.
+    pub was: Option<Was>,
+    /// What it is to hold.
+    pub bytes: &'a [u8],
+}
+
+/// Writes files of one directory anew, all or none, and only where they are as they were read.
+pub fn rewrite(files: &[Rewritten<'_>]) -> Result<(), Failure> {
+    // Of one file the draft lies beside what its links lead to, so that it can be moved there.
+    let target = match files {
+        [one] => Place::of(one.file).map_err(|error| failed("write", one.file, &error))?,
+        [first, ..] => Place::File(first.file.to_path_buf()),
+        [] => return Ok(()),
+    };
+    let Place::File(target) = target else {
+        return files.iter().try_for_each(|one| write(one.file, one.bytes));
+    };
+    let mut draft = Draft::new(split(&target)?.0)?;
+    for one in files {
+        let name = if files.len() == 1 { split(&target)?.1 } else { split(one.file)?.1 };
+        draft.write(name, |file| file.write_all(one.bytes).and_then(|()| file.sync_all()))?;
+        if let Some(item) = draft.items.last_mut() {
+            item.was = Some(one.was.clone());
+        }
+    }
+    draft.publish()
 }
 
 /// The directory of a file and its name in it.
@@ -66,8 +89,7 @@ fn split(file: &Path) -> Result<(&Path, &str), Failure> {
     let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
         Failure::new(format!("{} is no name for a file", file.display())).help("give the name of a file to write")
     })?;
-    let dir = file.parent().filter(|dir| !dir.as_os_str().is_empty());
-    Ok((dir.unwrap_or(Path::new(".")), name))
+    Ok((parent(file), name))
 }
 
 /// Writes files into `dir`, made if it is not there, all or none. The disk has them before they take the place of what was
@@ -81,30 +103,41 @@ pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
 }
 
 /// Temporary files that replace the old ones when all are complete.
-pub struct Draft<'a> {
-    dir: &'a Path,
-    aside: TempDir,
-    names: Vec<String>,
+#[derive(Debug)]
+pub struct Draft {
+    dir: PathBuf,
+    aside: Aside,
+    items: Vec<Item>,
     /// What is not part of the result.
-    scratch: Option<TempDir>,
+    scratch: Option<Aside>,
     /// Whether `dir` is still to be made: then the draft becomes it, in one move.
     fresh: bool,
+    /// Why the draft lies elsewhere than beside its place, where it does: then it can only be copied into files that are there.
+    away: Option<io::Error>,
 }
 
-impl<'a> Draft<'a> {
+impl Draft {
     /// Begins a draft of files in `dir`, which need not be there.
-    pub fn new(dir: &'a Path) -> Result<Self, Failure> {
+    pub fn new(dir: &Path) -> Result<Self, Failure> {
         let fresh = !dir.exists();
         // On the file system of the place, because a move is atomic only within one.
         let home = if fresh { parent(dir) } else { dir };
-        fs::create_dir_all(home).map_err(|e| failed("make the directory", home, e))?;
-        let aside = builder(fresh).tempdir_in(home).map_err(|e| failed("write into", home, e))?;
-        Ok(Self { dir, aside, names: Vec::new(), scratch: None, fresh })
+        fs::create_dir_all(home).map_err(|error| failed("make the directory", home, &error))?;
+        sweep(home);
+        let write = |error: io::Error| failed("write into", home, &error);
+        let (aside, away) = match Aside::new(home, fresh) {
+            // A directory in which nothing may be made can have files that may be written.
+            Err(error) if !fresh && matches!(error.kind(), io::ErrorKind::PermissionDenied) => {
+                (Aside::new(&std::env::temp_dir(), false).map_err(write)?, Some(error))
+            }
+            aside => (aside.map_err(write)?, None),
+        };
+        Ok(Self { dir: dir.to_path_buf(), aside, items: Vec::new(), scratch: None, fresh, away })
     }
 
     /// Where the files will be.
     pub fn dir(&self) -> &Path {
-        self.dir
+        &self.dir
     }
 
     /// Writes a file, by a function that need not hold all of it in memory. Of what can be made again, it need not wait until the
@@ -112,128 +145,70 @@ impl<'a> Draft<'a> {
     pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
         let place = self.dir.join(name);
         let written = File::create(self.aside.path().join(name)).and_then(|mut file| content(&mut file));
-        written.map_err(|e| failed("write", &place, e))?;
+        written.map_err(|error| failed("write", &place, &error))?;
         if place.is_dir() {
-            return Err(Failure::new(format!("{} is a directory", place.display()))
-                .help("nothing was changed; move it away or give another output"));
+            return Err(is_a_directory(&place));
         }
-        self.names.push(name.to_owned());
+        self.items.push(Item { name: name.to_owned(), was: None });
         Ok(())
     }
 
     /// Makes a folder for files that others write, which becomes one of the draft's files.
     pub fn folder(&mut self, name: &str) -> Result<PathBuf, Failure> {
         let (place, folder) = (self.dir.join(name), self.aside.path().join(name));
-        if place.exists() {
+        if fs::symlink_metadata(&place).is_ok() {
             return Err(there_already(&place));
         }
-        fs::create_dir(&folder).map_err(|e| failed("make the directory", &place, e))?;
-        self.names.push(name.to_owned());
+        fs::create_dir(&folder).map_err(|error| failed("make the directory", &place, &error))?;
+        self.items.push(Item { name: name.to_owned(), was: None });
         Ok(folder)
     }
 
     /// Takes a folder beside the output as one of the draft's files.
     pub fn adopt(&mut self, name: &str, folder: &Path) -> Result<(), Failure> {
         let place = self.folder(name)?;
-        fs::rename(folder, &place).map_err(|e| failed("write", &self.dir.join(name), e))
+        fs::rename(folder, &place).map_err(|error| failed("write", &self.dir.join(name), &error))
     }
 
     /// A place for a file that is not to be part of the result, and is gone when the draft is.
     pub fn scratch(&mut self, name: &str) -> Result<PathBuf, Failure> {
-        let home = self.aside.path();
-        let scratch = builder(false).tempdir_in(parent(home)).map_err(|e| failed("write beside", self.dir, e))?;
+        let home = parent(self.aside.path());
+        let scratch = Aside::new(home, false).map_err(|error| failed("write beside", &self.dir, &error))?;
         Ok(self.scratch.insert(scratch).path().join(name))
     }
 
     /// Puts all files into their places. A new directory appears whole; in one that was there, the files are moved
     /// one by one, and when one of them cannot be, those before it are put back as they were.
     pub fn publish(self) -> Result<(), Failure> {
-        if self.fresh && fs::rename(self.aside.path(), self.dir).is_ok() {
-            // It stays, under its new name.
-            let _ = self.aside.keep();
+        let Self { dir, aside, items, fresh, away, .. } = self;
+        if fresh && fs::rename(aside.path(), &dir).is_ok() {
+            aside.keep();
             return Ok(());
         }
-        fs::create_dir_all(self.dir).map_err(|e| failed("make the directory", self.dir, e))?;
-        let kept = builder(false).tempdir_in(self.dir).map_err(|e| failed("write into", self.dir, e))?;
-        for (done, name) in self.names.iter().enumerate() {
-            let [new, place, old] = [self.aside.path(), self.dir, kept.path()].map(|dir| dir.join(name));
-            let moved = if exchanged(&new, &place) {
-                fs::rename(&new, &old).inspect_err(|_| {
-                    exchanged(&new, &place);
-                })
-            } else if place.exists() {
-                fs::hard_link(&place, &old)
-                    .or_else(|_| fs::copy(&place, &old).map(drop))
-                    .and_then(|()| fs::rename(&new, &place))
-            } else {
-                fs::rename(&new, &place)
-            };
-            if let Err(error) = moved {
-                self.put_back(kept.path(), done);
-                return Err(failed("write", &place, error));
-            }
+        fs::create_dir_all(&dir).map_err(|error| failed("make the directory", &dir, &error))?;
+        let _alone = Alone::in_directory(&dir)?;
+        marker::complete_alone(&dir)?;
+        let plan = |item| Step::plan(&dir, aside.path(), item, away.as_ref());
+        let steps: Vec<Step> = items.into_iter().map(plan).collect::<Result<_, _>>()?;
+        // What is done in one move, or cannot be done again, needs no mark; what lies elsewhere is found by nobody.
+        let at_once = matches!(&steps[..], [Step { how: How::Move | How::Stream, .. }]);
+        if at_once || away.is_some() {
+            return go(&steps, aside.path());
         }
-        Ok(())
+        let mark = Mark::set(&dir, &aside, &steps)?;
+        go(&steps, mark.drafts())
     }
+}
 
-    /// Undoes the moves of the first files, as far as the file system still allows.
-    fn put_back(&self, kept: &Path, moved: usize) {
-        for name in self.names.iter().take(moved) {
-            let (old, place) = (kept.join(name), self.dir.join(name));
-            let _ = match (old.exists(), place.is_dir()) {
-                (true, _) => fs::rename(old, place),
-                (false, true) => fs::remove_dir_all(place),
-                (false, false) => fs::remove_file(place),
-            };
+/// Brings all drafts to their places, or none.
+fn go(steps: &[Step], drafts: &Path) -> Result<(), Failure> {
+    for (done, step) in steps.iter().enumerate() {
+        if let Err(failure) = step.go(drafts) {
+            steps.iter().take(done).for_each(|step| step.undo(drafts));
+            return Err(failure);
         }
     }
-}
-
-/// A directory to draft in; one that is to be the result is made with the rights that any new directory has.
-fn builder<'p>(result: bool) -> tempfile::Builder<'p, 'p> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".lanewright-");
-    #[cfg(unix)]
-    if result {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o777));
-    }
-    builder
-}
-
-/// A directory in another that is gone when it is dropped.
-pub(super) fn aside(home: &Path) -> io::Result<TempDir> {
-    builder(false).tempdir_in(home)
-}
-
-/// Whether two files could take each other's place in one move. Where one took the other's, file systems would begin to write
-/// it to the disk before they go on.
-#[cfg(target_os = "linux")]
-fn exchanged(a: &Path, b: &Path) -> bool {
-    use rustix::fs::{CWD, RenameFlags, renameat_with};
-    [a, b].iter().all(|file| file.is_file()) && renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE).is_ok()
-}
-
-#[cfg(not(target_os = "linux"))]
-fn exchanged(_: &Path, _: &Path) -> bool {
-    false
-}
-
-/// Why nothing is written where something is.
-pub(super) fn there_already(place: &Path) -> Failure {
-    Failure::new(format!("{} is there already", place.display()))
-        .about(place.display().to_string())
-        .help("nothing was changed; move it away or give another output")
-}
-
-/// The directory in which another is, or will be.
-pub(super) fn parent(dir: &Path) -> &Path {
-    dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-fn failed(what: &str, path: &Path, error: io::Error) -> Failure {
-    Failure::new(format!("cannot {what} {}: {error}", path.display()))
-        .help("nothing was changed; check the place's permissions and free space")
+    Ok(())
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! A map that was mended, in memory until it is written.
 
-use std::path::{Path, PathBuf};
+#[cfg(feature = "cli")]
+use std::path::Path;
+use std::path::PathBuf;
 
 use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
 
@@ -15,7 +17,7 @@ use crate::triage::Sorted;
 use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
-use super::files;
+use super::files::{self, Rewritten, Was};
 use super::judge::{MapJudge, found_of_projector};
 use super::load::{Loaded, is_packed};
 
@@ -57,7 +59,7 @@ impl ProjectorFile {
         })?;
         let path = map.files.first()?.with_file_name(INFO);
         let text = write_info(&needed, VerticalDatum::default());
-        let source = Source { name: path.display().to_string(), text };
+        let source = Source { name: path.display().to_string(), text, marked: false };
         Some(Self { path, source, projector: needed })
     }
 
@@ -116,10 +118,11 @@ impl Fixed {
     /// A unified diff of every file that changed; empty where none did.
     pub fn diff(&self) -> String {
         self.changed()
-            .map(|(old, new)| (&old.name, &old.text[..], new))
-            .chain(self.projector_file.iter().map(|file| (&file.source.name, "", &file.source)))
+            .map(|(old, new)| (&old.name, old.as_written(), new))
+            .chain(self.projector_file.iter().map(|file| (&file.source.name, String::new(), &file.source)))
             .map(|(name, old, new)| {
-                let lines = InternedInput::new(old, &new.text[..]);
+                let text = new.as_written();
+                let lines = InternedInput::new(&old[..], &text[..]);
                 let mut diff = Diff::compute(Algorithm::Myers, &lines);
                 // Hunks that begin where a reader expects it take time in the lines of the map for each.
                 if diff.count_additions() + diff.count_removals() <= MOST_TIDIED {
@@ -137,8 +140,13 @@ impl Fixed {
         let paths = self.loaded.files.iter().map(Some).chain(std::iter::repeat(None));
         let sources = self.loaded.osm.sources.iter().zip(&self.mended.osm.sources);
         let changed = paths.zip(sources).filter(|(_, (old, new))| old.text != new.text);
-        let files = changed.map(|(path, (_, new))| (path.cloned(), new.clone()));
-        let file = self.projector_file.iter().map(|file| (Some(file.path.clone()), file.source.clone()));
+        let files =
+            changed.map(|(path, (old, new))| EditedFile { path: path.cloned(), ..EditedFile::new(old, new.clone()) });
+        let file = self.projector_file.iter().map(|file| EditedFile {
+            path: Some(file.path.clone()),
+            source: file.source.clone(),
+            was: None,
+        });
         Edits { files: files.chain(file).collect() }
     }
 
@@ -165,26 +173,51 @@ impl Fixed {
     }
 }
 
+/// A file that mending changes.
+#[derive(Clone, Debug)]
+pub struct EditedFile {
+    /// Where it is; none where the map was given as bytes.
+    pub path: Option<PathBuf>,
+    /// Its name and its new text, unpacked.
+    pub source: Source,
+    /// What it held when it was read; nothing where it was not there.
+    was: Option<Was>,
+}
+
+impl EditedFile {
+    fn new(old: &Source, source: Source) -> Self {
+        Self { path: None, source, was: Some(Was::of(old.as_written().as_bytes())) }
+    }
+
+    /// A file that was read and is to have another text.
+    #[cfg(feature = "cli")]
+    pub(crate) fn of(path: &Path, old: &Source, text: String) -> Self {
+        Self { path: Some(path.to_path_buf()), ..Self::new(old, Source { text, ..old.clone() }) }
+    }
+}
+
 /// What mending changes in the files of a map.
 #[derive(Clone, Debug, Default)]
 pub struct Edits {
-    /// Each file that changes, where it is one, with its name and its new text, unpacked.
-    pub files: Vec<(Option<PathBuf>, Source)>,
+    /// Each file that changes.
+    pub files: Vec<EditedFile>,
 }
 
 impl Edits {
-    /// Writes the files that changed in place, all or none.
+    /// Writes the files that changed in place, all or none. Owners, rights, links and extended attributes stay what they are.
     ///
     /// # Errors
     ///
-    /// Where they cannot be written, a packed file would have to be changed, or the map was given as bytes.
+    /// Where they cannot be written, or were changed by somebody else after they were read; where a packed file would have to be
+    /// changed, or the map was given as bytes.
     pub fn write(&self) -> Result<(), Error> {
         self.publish().map_err(ErrorKind::Write.of())
     }
 
     fn publish(&self) -> Result<(), Failure> {
-        let mut changed: Vec<(&Path, &[u8])> = Vec::new();
-        for (path, source) in &self.files {
+        let texts: Vec<String> = self.files.iter().map(|file| file.source.as_written()).collect();
+        let mut changed: Vec<Rewritten<'_>> = Vec::new();
+        for (EditedFile { path, source, was }, text) in self.files.iter().zip(&texts) {
             let Some(path) = path else {
                 return Err(Failure::new(format!("{} was given as bytes: there is no file to change", source.name))
                     .about(&source.name)
@@ -195,9 +228,9 @@ impl Edits {
                     .about(path.display().to_string())
                     .help("unpack it first; only plain .osm files are edited, and nothing was changed"));
             }
-            changed.push((path, source.text.as_bytes()));
+            changed.push(Rewritten { file: path, was: was.clone(), bytes: text.as_bytes() });
         }
-        files::write_all(&changed)
+        files::rewrite(&changed)
     }
 }
 

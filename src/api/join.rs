@@ -51,7 +51,7 @@ impl Whole {
     }
 
     /// Adds the files to a draft.
-    pub(super) fn write(&self, draft: &mut Draft<'_>) -> Result<(), Failure> {
+    pub(super) fn write(&self, draft: &mut Draft) -> Result<(), Failure> {
         draft.write(METADATA, |file| self.divided.write_metadata(file))?;
         self.files.iter().try_for_each(|(name, text)| draft.write(name, |file| file.write_all(text.as_bytes())))
     }

@@ -19,6 +19,7 @@ use crate::terrain::Terrain;
 use super::config::{self, Configuration};
 use super::error::{Error, ErrorKind};
 use super::load::{home, read_failure};
+use super::own_output;
 use super::{InMemory, Input, files};
 
 /// How streets are laid out, for `build` and `geometry`.
@@ -199,7 +200,7 @@ pub(super) fn terrain(input: &Input) -> Result<Terrain, Error> {
 
 /// What `lanewright.toml` beside the input or above it says. One that a build has written is what that build made of these.
 pub(super) fn settings(input: &Path, said: &Configuration) -> Result<Settings, Failure> {
-    let told = |file: &PathBuf| file.is_file() && !files::wrote(file);
+    let told = |file: &PathBuf| file.is_file() && !own_output::wrote(file);
     config::settings_from(config::above(home(input)).into_iter().filter(told).collect(), said)
 }
 

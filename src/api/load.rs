@@ -13,7 +13,7 @@ use crate::settings::{ProjectorType, Settings};
 
 use super::config::{self, Configuration};
 use super::error::{Error, ErrorKind};
-use super::{InMemory, Input};
+use super::{InMemory, Input, files};
 
 /// A map as Autoware would load it, and what is known beyond it.
 #[derive(Debug)]
@@ -45,6 +45,7 @@ impl Loaded {
     pub fn read(input: impl Into<Input>, said: &Configuration) -> Result<Self, Error> {
         let (settings, opened) = match input.into() {
             Input::Path(path) => {
+                files::complete(home(&path)).map_err(ErrorKind::Read.of())?;
                 let settings = config::settings(home(&path), said).map_err(ErrorKind::Config.of())?;
                 let opened = open(&path, projector(&settings));
                 (settings, opened)

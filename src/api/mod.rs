@@ -6,6 +6,8 @@
 mod built;
 mod checked;
 mod config;
+#[cfg(feature = "cli")]
+mod converted;
 mod cut;
 mod divided;
 mod error;
@@ -15,6 +17,7 @@ mod join;
 mod judge;
 pub(crate) mod layout;
 pub(crate) mod load;
+mod own_output;
 mod tile;
 mod tiles;
 mod workplace;
@@ -28,16 +31,18 @@ pub(crate) use checked::{judged, read_baseline};
 pub use config::{ConfigSource, Configuration};
 #[cfg(feature = "cli")]
 pub(crate) use config::{above, requirements};
+#[cfg(feature = "cli")]
+pub(crate) use converted::Converted;
 pub use cut::{Cut, CutTile, DESCRIPTION, MARGIN, TERRAIN, TILES, TileSizes, cut};
 pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
-pub use files::spare;
-pub use fixed::{Edits, FixOptions, Fixed};
+pub use fixed::{EditedFile, Edits, FixOptions, Fixed};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::{mended, undivided};
 pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
+pub use own_output::spare;
 pub use tile::TileBuilder;
 pub use tiles::{TileOptions, Tiled, build_tiles};
 

@@ -16,9 +16,10 @@ use crate::tiles::TileFile;
 use super::Input;
 use super::cut::{Cut, Surveyed, TileSizes, unwritten};
 use super::error::{Error, ErrorKind};
-use super::files::{Draft, spare, there_already};
+use super::files::{Draft, there_already};
 use super::join::{Joining, Whole, join};
 use super::layout::LayoutOptions;
+use super::own_output::spare_settings;
 use super::tile::TileBuilder;
 use super::workplace::{Begun, Pace, Workplace};
 
@@ -58,7 +59,7 @@ pub fn build_tiles(
     tell: &(dyn Fn(&str) + Sync),
 ) -> Result<Tiled, Error> {
     tiles.sizes.grids()?;
-    spare(output)?;
+    spare_settings(output)?;
     for name in [MAP, METADATA] {
         let place = output.join(name);
         if place.exists() {

@@ -8,12 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Instant, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
-use tempfile::TempDir;
 
 use crate::cells::{Cell, Divided};
 use crate::tiles::{Record, TileFile};
 
-use super::files::{aside, parent};
+use super::files::{Aside, parent};
 
 /// What tiles are built from: tiles of other data, or built otherwise, are not theirs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,7 +39,7 @@ impl Begun {
 pub(super) struct Workplace {
     folder: PathBuf,
     /// Removes the folder when it is dropped.
-    _guard: Option<TempDir>,
+    _guard: Option<Aside>,
 }
 
 impl Workplace {
@@ -51,7 +50,7 @@ impl Workplace {
             let name = output.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             Self { folder: parent(output).join(format!(".{name}.tiles")), _guard: None }
         } else {
-            let guard = aside(parent(output))?;
+            let guard = Aside::new(parent(output), false)?;
             Self { folder: guard.path().to_path_buf(), _guard: Some(guard) }
         };
         let known = place.known(begun);

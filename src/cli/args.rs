@@ -1,5 +1,6 @@
 //! What several verbs take from the command line, and the exit codes of all.
 
+use std::convert::Infallible;
 use std::path::PathBuf;
 
 use crate::settings::ProjectorType;
@@ -91,6 +92,11 @@ pub fn size(text: &str) -> Result<u64, String> {
     };
     // More than there are in the world is held to the largest number.
     number.parse::<f64>().map(|number| (number * factor) as u64).map_err(|_| wrong())
+}
+
+/// A file to write, or `-` for standard output.
+pub fn output_file(text: &str) -> Result<PathBuf, Infallible> {
+    Ok(if text == "-" { "/dev/stdout".into() } else { text.into() })
 }
 
 /// `LAT,LON` in degrees.

@@ -38,13 +38,17 @@ pub struct BuildArgs {
     /// Keep the tiles that are built if the run ends early, and do not build those again that an earlier run has kept
     #[arg(long, requires = "tiles")]
     pub resume: bool,
+    /// Write over a map that was not built here, or was changed since
+    #[arg(long, conflicts_with_all = ["cells", "tiles"])]
+    pub force: bool,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
 
 /// Builds the map and writes its three files, all or none.
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
-    spare(&args.output)?;
+    // Cells and tiles are refused where any map is.
+    spare(&args.output, args.force || args.cells.or(args.tiles).is_some())?;
     let progress = Progress::start("reading");
     let mut options = args.streets.layout.options();
     options.configuration.profile = args.profile.map(Into::into);
@@ -63,7 +67,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     progress.next("writing");
     let divided = match args.cells {
         Some(size) => split::counts(&map.write_cells(&args.output, size)?),
-        None => map.write(&args.output).map(|()| String::new())?,
+        None => map.write(&args.output, args.force).map(|()| String::new())?,
     };
     drop(progress);
     let undrawn = input::undrawn(&map.built.notes);

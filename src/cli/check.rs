@@ -87,7 +87,7 @@ fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
 }
 
 fn shown(args: &CheckArgs, report: &Report<'_>, checked: &Checked) -> Result<(), Failure> {
-    output::print_with(|out| match args.format {
+    output::print_beside(args.report.as_deref(), |out| match args.format {
         FormatArg::Text | FormatArg::Full | FormatArg::Concise => people(args, report, checked, out),
         FormatArg::Json => report::json::write(report, out),
         FormatArg::Sarif => report::sarif::write(report, out),
@@ -129,6 +129,6 @@ fn people(args: &CheckArgs, report: &Report<'_>, checked: &Checked, out: &mut dy
 fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
     checked.write_baseline(file)?;
     let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
-    output::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
+    output::tell(file, &format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
     Ok(CLEAN)
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::args::output_file;
 use crate::api::{ConfigSource, Configuration};
 use crate::diagnostic::Severity;
 use crate::report::FailOn;
@@ -47,10 +48,10 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
     /// Write all findings into a baseline; the exit code is 0
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     pub write_baseline: Option<PathBuf>,
     /// Write a report to look at: one HTML page with the findings on the map
-    #[arg(long, value_name = "FILE", conflicts_with = "write_baseline")]
+    #[arg(long, value_name = "FILE", value_parser = output_file, conflicts_with = "write_baseline")]
     pub report: Option<PathBuf>,
     /// An earlier report; the new one tells which findings are new, the same, gone
     #[arg(long, value_name = "REPORT", requires = "report")]

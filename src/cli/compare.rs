@@ -75,7 +75,7 @@ pub fn run(args: &DrawArgs, old: &Path, new: &Path) -> Result<u8, Failure> {
     };
     stage::publish(args, &picture)?;
     drop(progress);
-    output::print(&list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
+    output::tell(&args.output, &list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
     Ok(CLEAN)
 }
 

@@ -10,7 +10,7 @@ use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
 use crate::report::{FailOn, Report, Sources, diff};
 
-use super::args::CLEAN;
+use super::args::{CLEAN, output_file};
 use super::output::{self, Progress};
 use crate::api::files;
 use crate::api::load::open_failure;
@@ -30,7 +30,7 @@ pub struct DiffArgs {
     #[arg(long, value_name = "M", default_value_t = 0.001)]
     pub tolerance: f64,
     /// Write the changes on the new map, too: one HTML page to look at
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     pub report: Option<PathBuf>,
 }
 
@@ -56,7 +56,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     if let Some(file) = &args.report {
         page(file, &args.new, &diff, &new)?;
     }
-    output::print_with(|out| match args.format {
+    output::print_beside(args.report.as_deref(), |out| match args.format {
         DiffFormat::Text => out.write_all(diff.text().as_bytes()),
         DiffFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?),
     })?;

@@ -1,7 +1,6 @@
 //! `draw`: a map and its findings as a picture, or its lines as GeoJSON.
 
 use std::io::{BufWriter, Write};
-use std::path::Path;
 
 use crate::report;
 use crate::report::draw;
@@ -27,6 +26,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let map = args.map.as_deref().unwrap_or_else(|| "".as_ref());
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
     let as_what = match extension.as_ref().and_then(|e| e.to_str()) {
+        _ if files::is_stdout(&args.output) => Format::Svg,
         Some("svg") => Format::Svg,
         Some("png") => Format::Png,
         Some("geojson") => Format::GeoJson,
@@ -50,11 +50,10 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         Format::GeoJson => return strokes(args, &loaded, &options, progress),
     };
     let picture = picture.map_err(stage::failure)?;
-    let (dir, name) = place(args);
-    files::publish(dir, &[(name, &picture)])?;
+    files::write(&args.output, &picture)?;
     drop(progress);
     let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
-    output::print(&format!("{}{drawn}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}{drawn}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 
@@ -66,24 +65,15 @@ enum Format {
     GeoJson,
 }
 
-/// The directory of the output, and its name there.
-fn place(args: &DrawArgs) -> (&Path, &str) {
-    let dir = args.output.parent().filter(|dir| !dir.as_os_str().is_empty());
-    (dir.unwrap_or_else(|| ".".as_ref()), args.output.file_name().and_then(|n| n.to_str()).unwrap_or("picture"))
-}
-
 /// Writes the lines of the map as GeoJSON, without holding them in memory.
 fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progress) -> Result<u8, Failure> {
     let seen = draw::view(&loaded.map, options).map_err(stage::failure)?;
-    let (dir, name) = place(args);
-    let mut draft = files::Draft::new(dir)?;
-    draft.write(name, |file| {
+    files::write_by(&args.output, |file| {
         let mut out = BufWriter::new(file);
         draw::geojson(&loaded.map, &loaded.projector, &seen, &mut out)?;
         out.flush()
     })?;
-    draft.publish()?;
     drop(progress);
-    output::print(&format!("{}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }

@@ -7,7 +7,7 @@ use crate::projection::LonLat;
 use crate::report::draw::Focus;
 use crate::report::failure::Failure;
 
-use super::args::place;
+use super::args::{output_file, place};
 use clap::{Args, ValueEnum};
 
 /// Draw a Lanelet2 map as SVG or PNG, with its findings, or its lines as GeoJSON; or the steps of `build`
@@ -17,8 +17,9 @@ pub struct DrawArgs {
     /// `build` reads
     #[arg(required_unless_present = "compare")]
     pub map: Option<PathBuf>,
-    /// The picture: .svg or .png; or .geojson: each line as it is painted, and the outlines of the lanelets
-    #[arg(short, long, value_name = "FILE")]
+    /// The picture: .svg or .png; or .geojson: each line as it is painted, and the outlines of the lanelets; - for SVG on
+    /// standard output
+    #[arg(short, long, value_name = "FILE", value_parser = output_file)]
     pub output: PathBuf,
     /// Draw a stage of `build` instead of a map, with the points that decided
     #[arg(long, value_enum, value_delimiter = ',')]

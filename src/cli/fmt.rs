@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use crate::fix::canonical;
 use crate::lanelet::open;
+use crate::osm::Source;
 use crate::report::failure::Failure;
 
 use super::args::CLEAN;
 use super::output;
-use crate::api::files;
 use crate::api::load::open_failure;
+use crate::api::{EditedFile, Edits};
 use clap::Args;
 
 /// Write a Lanelet2 map in canonical form, in place: the same elements give the same bytes
@@ -28,29 +29,31 @@ const WOULD_CHANGE: u8 = 1;
 /// Formats the files of a map, or says which are not formatted.
 pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
     let opened = open(&args.map, None).map_err(open_failure)?;
-    let mut changed: Vec<(&Path, String)> = Vec::new();
+    let mut changed: Vec<(&Path, &Source, String)> = Vec::new();
     for (path, source) in opened.files.iter().zip(&opened.osm.sources) {
-        let text = canonical(&source.text).ok_or_else(|| {
-            Failure::new(format!("{} cannot be formatted", path.display())).help("nothing was changed")
+        let text = canonical(&source.text).map_err(|unkept| {
+            Failure::new(format!("{} cannot be formatted: {unkept}", path.display()))
+                .help(format!("nothing was changed; {}", unkept.help))
+                .at(&source.name, source.text.clone(), unkept.offset)
         })?;
         if text != source.text {
-            changed.push((path, text));
+            changed.push((path, source, text));
         }
     }
     let told: String = changed
         .iter()
-        .map(|(path, _)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
+        .map(|(path, ..)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
         .collect();
     if args.check {
         output::print(&told)?;
         return Ok(if changed.is_empty() { CLEAN } else { WOULD_CHANGE });
     }
-    if let Some((packed, _)) = changed.iter().find(|(path, _)| path.extension().is_some_and(|one| one != "osm")) {
+    if let Some((packed, ..)) = changed.iter().find(|(path, ..)| path.extension().is_some_and(|one| one != "osm")) {
         return Err(Failure::new(format!("{} is packed", packed.display()))
             .help("unpack it first; only plain .osm files are formatted, and nothing was changed"));
     }
-    let texts: Vec<(&Path, &[u8])> = changed.iter().map(|(path, text)| (*path, text.as_bytes())).collect();
-    files::write_all(&texts)?;
+    let edits = changed.into_iter().map(|(path, old, text)| EditedFile::of(path, old, text)).collect();
+    Edits { files: edits }.write()?;
     output::print(&told)?;
     Ok(CLEAN)
 }

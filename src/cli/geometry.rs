@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::builder::Plan;
 use crate::report::failure::Failure;
 
-use super::args::{CLEAN, StreetArgs};
+use super::args::{CLEAN, StreetArgs, output_file};
 use super::input;
 use super::output::{self, Progress};
 use clap::Args;
@@ -16,8 +16,8 @@ pub struct GeometryArgs {
     /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// The GeoJSON file; for several inputs, or if it is one, a directory
-    #[arg(short, long, value_name = "FILE")]
+    /// The GeoJSON file, - for standard output; for several inputs, or if it is one, a directory
+    #[arg(short, long, value_name = "FILE", value_parser = output_file)]
     pub output: PathBuf,
     #[command(flatten)]
     pub streets: StreetArgs,
@@ -32,7 +32,7 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         progress.next("writing");
         layout.write_to(output)?;
         drop(progress);
-        output::print(&summary(args, output, &layout.plan))?;
+        output::tell(output, &summary(args, output, &layout.plan))?;
         // Its memory is given back beside what follows; where nothing does, the process need not wait for it.
         rayon::spawn(move || drop(layout));
     }

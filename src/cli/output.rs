@@ -1,8 +1,10 @@
 //! What the user sees: results on standard output, progress and errors on standard error.
 
 use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 
+use crate::api::files;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -48,6 +50,25 @@ pub fn print_with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Resul
         }
         result => result.map_err(|error| Failure::new(format!("cannot write to standard output: {error}"))),
     }
+}
+
+/// Writes what is told beside an output: on standard output, unless that is the output itself.
+pub fn print_beside(of: Option<&Path>, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    if !of.is_some_and(files::is_stdout) {
+        return print_with(write);
+    }
+    // There is nobody to tell if that fails.
+    let _ = write(&mut io::stderr().lock());
+    Ok(())
+}
+
+/// Says what became of an output: on standard output, unless that is the output itself.
+pub fn tell(of: &Path, text: &str) -> Result<(), Failure> {
+    if files::is_stdout(of) {
+        complain(text);
+        return Ok(());
+    }
+    print(text)
 }
 
 /// Writes to standard error; there is nobody to tell if that fails.

@@ -12,8 +12,17 @@ use crate::report::failure::Failure;
 use super::args::{CLEAN, ProjectorArg, place};
 use super::output::{self, Progress};
 use crate::api::load::open_failure;
-use crate::api::{files, undivided};
+use crate::api::{Converted, undivided};
 use clap::{Args, Subcommand};
+
+impl ProjectVerb {
+    /// The map that is read.
+    pub fn map(&self) -> &Path {
+        match self {
+            Self::Infer { map } | Self::Convert(ConvertArgs { map, .. }) => map,
+        }
+    }
+}
 
 /// What `project` does.
 #[derive(Debug, Subcommand)]
@@ -40,6 +49,9 @@ pub struct ConvertArgs {
     /// Directory for the map's files and map_projector_info.yaml; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Write over a map that lanewright has not written there, or that was changed since
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Exit code where what stands beside the map does not explain it.
@@ -109,6 +121,15 @@ fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
                 .help(format!("write the map's projection into {INFO} beside it"))
         })?);
     }
+    let names: Vec<String> = opened
+        .files
+        .iter()
+        .map(|file| {
+            file.file_name().map_or_else(String::new, |name| name.to_string_lossy().trim_end_matches(".gz").to_owned())
+        })
+        .collect();
+    let converted = Converted { directory: &args.output, force: args.force, names: &names };
+    converted.spare()?;
     let to = target(args, &places)?;
     progress.next("converting");
     let ele = |i: usize| number(opened.osm.nodes[i].tags.get("ele")).unwrap_or(0.0);
@@ -129,18 +150,7 @@ fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
     let fix = Fix { title: String::new(), safe: true, edits };
     let texts = edited(&opened.osm, &fix).ok_or_else(|| Failure::new("the map cannot be edited"))?;
     drop(progress);
-    let names: Vec<String> = opened
-        .files
-        .iter()
-        .map(|file| {
-            file.file_name().map_or_else(String::new, |name| name.to_string_lossy().trim_end_matches(".gz").to_owned())
-        })
-        .collect();
-    let info = write_info(&to, opened.info.datum());
-    let mut drafts: Vec<(&str, &[u8])> =
-        names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
-    drafts.push((INFO, info.as_bytes()));
-    files::publish(&args.output, &drafts)?;
+    converted.write(&args.map, &texts, &write_info(&to, opened.info.datum()))?;
     output::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
     Ok(CLEAN)
 }

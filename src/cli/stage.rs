@@ -39,7 +39,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let svg = Pictures::new(args, &plan).svg(stage, focus(args, &plan)?)?;
     publish(args, &svg)?;
     drop(progress);
-    output::print(&format!("{}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 
@@ -47,6 +47,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
 pub fn publish(args: &DrawArgs, svg: &str) -> Result<(), Failure> {
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
     match extension.as_ref().and_then(|e| e.to_str()) {
+        _ if files::is_stdout(&args.output) => files::write(&args.output, svg.as_bytes()),
         Some("svg") => files::write(&args.output, svg.as_bytes()),
         Some("png") => files::write(&args.output, &draw::rendered(svg).map_err(failure)?),
         _ => Err(Failure::new(format!("{} is neither .svg nor .png", args.output.display()))

@@ -5,7 +5,7 @@
 //! and vertices keep their order, which means something. Nothing is left out: attributes, comments and elements that we do
 //! not know are kept, behind those that we know.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 use quick_xml::XmlVersion;
 use quick_xml::escape::escape;
@@ -25,38 +25,81 @@ struct Block {
     text: String,
 }
 
-/// The text in canonical form; `None` if it is no OpenStreetMap XML. Formatting twice changes nothing.
-pub fn canonical(text: &str) -> Option<String> {
-    let text = text.trim_start_matches('\u{feff}');
+/// What cannot be kept, so that nothing is formatted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unkept {
+    /// What it is.
+    pub what: &'static str,
+    /// A way out.
+    pub help: &'static str,
+    /// Bytes from the begin of the text.
+    pub offset: usize,
+}
+
+impl fmt::Display for Unkept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.what)
+    }
+}
+
+const DOCTYPE: [&str; 2] =
+    ["a document type (<!DOCTYPE) has no place in a map", "Lanelet2 reads none: remove it, and write entities out"];
+const ENTITY: [&str; 2] = [
+    "an attribute cannot be read: XML knows no such entity, or a quote is missing",
+    "write it out: XML knows &amp;, &lt;, &gt;, &quot;, &apos; and numbers such as &#228;",
+];
+const TEXT: [&str; 2] = ["text between elements has no place in a map", "remove it, or put it into a comment <!-- -->"];
+const BROKEN: [&str; 2] = ["this is no OpenStreetMap XML", "the file is damaged; export or download it again"];
+
+/// The text in canonical form. Formatting twice changes nothing.
+///
+/// # Errors
+///
+/// If it is no OpenStreetMap XML, or holds what the canonical form cannot keep.
+pub fn canonical(text: &str) -> Result<String, Unkept> {
+    // Where the part begins that is looked at.
+    let mut at = 0;
+    formatted(text, &mut at).map_err(|[what, help]| Unkept { what, help, offset: at })
+}
+
+type Kept<T> = Result<T, [&'static str; 2]>;
+
+fn formatted(text: &str, at: &mut usize) -> Kept<String> {
     let mut reader = Reader::from_str(text);
     let mut root = None;
     let mut blocks: Vec<Block> = Vec::new();
     loop {
-        let start = position(&reader)?;
-        match reader.read_event().ok()? {
-            Event::Start(tag) if root.is_none() => {
-                root = Some(head(&tag, &["version", "generator"], &[("version", "0.6")])?)
-            }
-            Event::Empty(tag) if root.is_none() => {
-                let root = head(&tag, &["version", "generator"], &[("version", "0.6")])?;
-                return Some(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<{root}>\n</osm>\n"));
+        let start = position(&reader);
+        *at = start;
+        match reader.read_event().map_err(|_| BROKEN)? {
+            Event::Start(tag) | Event::Empty(tag) if root.is_none() => {
+                root = Some(head(&tag, &["version", "generator"], &[("version", "0.6")])?);
             }
             Event::Start(tag) => {
-                let (tag, inner_start) = (tag.to_owned(), position(&reader)?);
-                let inner = reader.read_to_end(tag.name()).ok()?;
-                let inner = text.get(inner_start..usize::try_from(inner.end).ok()?)?;
-                let whole = text.get(start..position(&reader)?)?;
-                blocks.push(block(&tag, inner, whole)?);
+                let (tag, inner_start) = (tag.to_owned(), position(&reader));
+                let inner = reader.read_to_end(tag.name()).map_err(|_| BROKEN)?;
+                let inner = text.get(inner_start..inner.end as usize).ok_or(BROKEN)?;
+                let whole = text.get(start..position(&reader)).ok_or(BROKEN)?;
+                blocks.push(block(&tag, inner, whole, (inner_start, at))?);
             }
-            Event::Empty(tag) => blocks.push(block(&tag, "", text.get(start..position(&reader)?)?)?),
-            Event::Comment(_) | Event::PI(_) | Event::DocType(_) => {
-                blocks.push(Block { order: (0, 0), text: text.get(start..position(&reader)?)?.to_owned() });
+            Event::Empty(tag) => {
+                let whole = text.get(start..position(&reader)).ok_or(BROKEN)?;
+                blocks.push(block(&tag, "", whole, (start, at))?);
             }
+            Event::Comment(_) | Event::PI(_) => {
+                let whole = text.get(start..position(&reader)).ok_or(BROKEN)?;
+                blocks.push(Block { order: (0, 0), text: whole.to_owned() });
+            }
+            Event::DocType(_) => return Err(DOCTYPE),
+            Event::Decl(_) | Event::End(_) => {}
             Event::Eof => break,
-            _ => {}
+            // Blanks, or text, whole or in pieces.
+            _ if text.get(start..position(&reader)).ok_or(BROKEN)?.trim().is_empty() => {}
+            _ => return Err(TEXT),
         }
     }
-    let root = root?;
+    *at = 0;
+    let root = root.ok_or(BROKEN)?;
     blocks.sort_by_key(|block| block.order);
     let mut out = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<{root}>\n");
     for block in blocks {
@@ -64,26 +107,26 @@ pub fn canonical(text: &str) -> Option<String> {
         let _ = writeln!(out, "  {}", block.text);
     }
     out += "</osm>\n";
-    Some(out)
+    Ok(out)
 }
 
-fn position(reader: &Reader<&[u8]>) -> Option<usize> {
-    usize::try_from(reader.buffer_position()).ok()
+fn position(reader: &Reader<&[u8]>) -> usize {
+    reader.buffer_position() as usize
 }
 
 /// An element of the map, or anything else between them.
-fn block(tag: &BytesStart<'_>, inner: &str, whole: &str) -> Option<Block> {
+fn block(tag: &BytesStart<'_>, inner: &str, whole: &str, place: (usize, &mut usize)) -> Kept<Block> {
     let kind = match tag.name().as_ref() {
         "node" => 1,
         "way" => 2,
         "relation" => 3,
-        _ => return Some(Block { order: (0, 0), text: whole.to_owned() }),
+        _ => return Ok(Block { order: (0, 0), text: whole.to_owned() }),
     };
     let Some(id) = attribute(tag, "id").and_then(|id| id.trim().parse().ok()) else {
-        return Some(Block { order: (kind, i64::MIN), text: whole.to_owned() });
+        return Ok(Block { order: (kind, i64::MIN), text: whole.to_owned() });
     };
     let mut text = format!("<{}", head(tag, &["id", "version"], &[("version", "1")])?);
-    let children = children(inner)?;
+    let children = children(inner, place)?;
     if children.is_empty() {
         text += "/>";
     } else {
@@ -93,31 +136,33 @@ fn block(tag: &BytesStart<'_>, inner: &str, whole: &str) -> Option<Block> {
         }
         let _ = write!(text, "\n  </{}>", tag.name().as_ref());
     }
-    Some(Block { order: (kind, id), text })
+    Ok(Block { order: (kind, id), text })
 }
 
 /// Vertices and members in their order, tags in ours, then the rest.
-fn children(inner: &str) -> Option<Vec<String>> {
+fn children(inner: &str, (begin, at): (usize, &mut usize)) -> Kept<Vec<String>> {
     let mut reader = Reader::from_str(inner);
     let (mut ordered, mut tags, mut rest) = (Vec::new(), Vec::new(), Vec::new());
     loop {
-        let start = position(&reader)?;
-        let event = reader.read_event().ok()?;
-        let tag = match event {
+        let start = position(&reader);
+        *at = begin + start;
+        let event = reader.read_event().map_err(|_| BROKEN)?;
+        let (tag, has_children) = match event {
             Event::Start(tag) => {
-                let tag = tag.to_owned();
-                reader.read_to_end(tag.name()).ok()?;
-                tag
+                let (tag, inside) = (tag.to_owned(), position(&reader));
+                let inside = inside..reader.read_to_end(tag.name()).map_err(|_| BROKEN)?.end as usize;
+                (tag, !inner.get(inside).unwrap_or_default().trim().is_empty())
             }
-            Event::Empty(tag) => tag.to_owned(),
+            Event::Empty(tag) => (tag.to_owned(), false),
             Event::Eof => break,
             Event::Text(text) if text.trim().is_empty() => continue,
             _ => {
-                rest.push(inner.get(start..position(&reader)?)?.trim().to_owned());
+                rest.push(inner.get(start..position(&reader)).ok_or(BROKEN)?.trim().to_owned());
                 continue;
             }
         };
         match tag.name().as_ref() {
+            "nd" | "member" | "tag" if has_children => return Err(TEXT),
             "nd" => ordered.push(format!("<{}/>", head(&tag, &["ref"], &[])?)),
             "member" => ordered.push(format!("<{}/>", head(&tag, &["type", "ref", "role"], &[])?)),
             "tag" => {
@@ -125,22 +170,22 @@ fn children(inner: &str) -> Option<Vec<String>> {
                 let rank = FIRST.iter().position(|first| *first == key).unwrap_or(FIRST.len());
                 tags.push((rank, key, format!("<{}/>", head(&tag, &["k", "v"], &[])?)));
             }
-            _ => rest.push(inner.get(start..position(&reader)?)?.trim().to_owned()),
+            _ => rest.push(inner.get(start..position(&reader)).ok_or(BROKEN)?.trim().to_owned()),
         }
     }
     // Stable: where a key repeats, the last one still comes last.
     tags.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
     ordered.extend(tags.into_iter().map(|(_, _, text)| text));
     ordered.extend(rest);
-    Some(ordered)
+    Ok(ordered)
 }
 
 /// Name and attributes: those named first, those that must be there, the others as they come; latitude and longitude last.
-fn head(tag: &BytesStart<'_>, first: &[&str], defaults: &[(&str, &str)]) -> Option<String> {
+fn head(tag: &BytesStart<'_>, first: &[&str], defaults: &[(&str, &str)]) -> Kept<String> {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for attribute in tag.attributes().with_checks(false) {
-        let attribute = attribute.ok()?;
-        let value = attribute.normalized_value(XmlVersion::Implicit1_0).ok()?;
+        let attribute = attribute.map_err(|_| ENTITY)?;
+        let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|_| ENTITY)?;
         pairs.push((attribute.key.as_ref().to_owned(), value.into_owned()));
     }
     for (key, value) in defaults {
@@ -163,7 +208,7 @@ fn head(tag: &BytesStart<'_>, first: &[&str], defaults: &[(&str, &str)]) -> Opti
         };
         let _ = write!(text, " {key}=\"{value}\"");
     }
-    Some(text)
+    Ok(text)
 }
 
 fn attribute(tag: &BytesStart<'_>, key: &str) -> Option<String> {
@@ -173,7 +218,7 @@ fn attribute(tag: &BytesStart<'_>, key: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::canonical;
+    use super::*;
 
     const WRITTEN: &str = r#"<?xml version='1.0'?>
 <osm generator='VMB'>
@@ -223,7 +268,7 @@ mod tests {
     #[test]
     fn what_is_not_xml_is_left_alone() {
         for text in ["", "lanelets", "<osm><node id='1'></osm>", "<osm", "<osm><way id='1'>"] {
-            assert_eq!(canonical(text), None, "{text}");
+            assert_eq!(canonical(text).unwrap_err().what, BROKEN[0], "{text}");
         }
     }
 }

@@ -25,7 +25,7 @@ use crate::diagnostic::{Diagnostic, Fix, Severity};
 use crate::osm::OsmData;
 pub use attempt::FixError;
 use attempt::{Earlier, attempt, follow_all};
-pub use canonical::canonical;
+pub use canonical::{Unkept, canonical};
 use error_counts::ErrorCounts;
 use harmful_fixes::{Divided, Verdict};
 pub use judgement::Judge;

@@ -146,8 +146,21 @@ pub enum OddityKind {
 pub struct Source {
     /// As given by the user.
     pub name: String,
-    /// The whole text, unpacked; empty for PBF.
+    /// The whole text, unpacked, without a byte-order mark; empty for PBF.
     pub text: String,
+    /// Whether the file begins with a byte-order mark.
+    pub marked: bool,
+}
+
+/// The byte-order mark of UTF-8, with which some editors begin a file.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+impl Source {
+    /// The text as it stands in the file.
+    pub fn as_written(&self) -> String {
+        let mark = self.marked.then_some(BYTE_ORDER_MARK);
+        mark.into_iter().map(String::from).chain([self.text.clone()]).collect()
+    }
 }
 
 /// `<MetaInfo>` of an Autoware map.

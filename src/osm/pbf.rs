@@ -38,7 +38,7 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8], most: u64) -> Result<(
     let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>();
     let blobs = blobs.map_err(|error| damaged(name, error.to_string()))?;
     decode(data, name, file, &blobs, most)?;
-    data.sources.push(Source { name: name.to_owned(), text: String::new() });
+    data.sources.push(Source { name: name.to_owned(), text: String::new(), marked: false });
     Ok(())
 }
 

@@ -75,7 +75,8 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
     }
     hold(&bytes, name)?;
     // Without the byte-order mark, so that offsets are those of the kept text.
-    if bytes.starts_with(b"\xef\xbb\xbf") {
+    let marked = bytes.starts_with(b"\xef\xbb\xbf");
+    if marked {
         bytes.drain(..3);
     }
     let text = String::from_utf8(bytes)
@@ -88,7 +89,7 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
         }
         return Err(error);
     }
-    data.sources.push(Source { name: name.to_owned(), text });
+    data.sources.push(Source { name: name.to_owned(), text, marked });
     Ok(())
 }
 

@@ -34,7 +34,9 @@ impl OsmData {
             .collect();
         let sources = self.sources.iter().zip(texts);
         let mut osm = Self {
-            sources: sources.map(|(source, text)| Source { name: source.name.clone(), text }).collect(),
+            sources: sources
+                .map(|(Source { name, marked, .. }, text)| Source { name: name.clone(), text, marked: *marked })
+                .collect(),
             meta: self.meta.clone(),
             generator: self.generator.clone(),
             bounds: self.bounds.clone(),

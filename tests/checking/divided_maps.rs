@@ -109,7 +109,7 @@ fn a_built_map_comes_back_to_the_byte_and_is_divided_alike_when_it_is_built() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let built = build(root().join("sample_maps/crossing_right.osm"), &LayoutOptions::default()).unwrap();
-    built.write(&at("whole")).unwrap();
+    built.write(&at("whole"), false).unwrap();
     built.write_cells(&at("direct"), 50).unwrap();
     divide(&at("whole"), 50, &at("cells"));
     merge(&[at("cells")], &at("back"), false, &|_| ()).unwrap();
@@ -260,7 +260,7 @@ fn cells_and_blocks_of_cells_load_in_the_real_library_and_route_as_the_whole() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let built = build(root().join("sample_maps/crossing_right.osm"), &LayoutOptions::default()).unwrap();
-    built.write(&at("crossing")).unwrap();
+    built.write(&at("crossing"), false).unwrap();
     divide(&at("crossing"), 40, &at("crossing-cells"));
     let mut maps = vec![(at("crossing"), at("crossing-cells"))];
     for map in hand_made_maps().into_iter().filter(|map| {

@@ -175,7 +175,7 @@ fn formatting_twice_changes_nothing() {
     let maps = [validator_maps(), hand_made_maps()].concat();
     maps.par_iter().for_each(|path| {
         let text = std::fs::read_to_string(path).unwrap();
-        let once = canonical(&text).unwrap_or_else(|| panic!("{} cannot be formatted", path.display()));
+        let once = canonical(&text).unwrap_or_else(|unkept| panic!("{}: {unkept}", path.display()));
         assert_eq!(canonical(&once).unwrap(), once, "{}", path.display());
         let data = osm(once);
         let (before, _) = load(path);

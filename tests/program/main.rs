@@ -16,4 +16,6 @@ mod pbf_fields;
 mod tier4;
 mod tiles;
 #[cfg(unix)]
+mod users_files;
+#[cfg(unix)]
 mod view;
