@@ -14,7 +14,7 @@ use super::config::{self, Configuration, NAME};
 use super::error::{Error, ErrorKind};
 use super::files::{Draft, there_already};
 use super::load::{home, open_failure, projector, read_failure};
-use super::own_output::spare_settings;
+use super::own_output::{spare_settings, without_hashes, write_known};
 
 /// The grid of cells with sides of this length.
 pub(crate) fn grid(size: u32) -> Result<Grid, Error> {
@@ -44,7 +44,7 @@ pub fn split(
     let projector = projector(&settings).or_else(|| info.projector());
     let mut draft = Draft::new(output).map_err(write)?;
     let divided = into_draft(&mut draft, &files, projector, grid, tell).map_err(|error| told(map, error))?;
-    beside.write(&mut draft).and_then(|()| draft.publish()).map_err(write)?;
+    beside.write(&mut draft, None).and_then(|()| draft.publish()).map_err(write)?;
     Ok(divided)
 }
 
@@ -108,6 +108,8 @@ impl Beside {
             let bytes = fs::read(&file).map_err(|error| {
                 Failure::new(format!("cannot read {}: {error}", file.display())).about(file.display().to_string())
             })?;
+            let bytes =
+                if name == NAME { without_hashes(&String::from_utf8_lossy(&bytes)).into_bytes() } else { bytes };
             Ok((name, bytes))
         };
         info.path.clone().into_iter().chain(settings).map(read).collect::<Result<_, _>>().map(Self)
@@ -128,10 +130,18 @@ impl Beside {
         (Self(texts), differ)
     }
 
-    /// Adds the files to a draft; settings that no build has written are spared.
-    pub(super) fn write(&self, draft: &mut Draft) -> Result<(), Failure> {
+    /// Adds the files to a draft; settings that no build has written are spared. They know the map again of which they get the line.
+    pub(super) fn write(&self, draft: &mut Draft, known: Option<String>) -> Result<(), Failure> {
         spare_settings(draft.dir())?;
-        self.0.iter().try_for_each(|(name, bytes)| draft.write(name, |file| file.write_all(bytes)))
+        let (settings, others): (Vec<_>, Vec<_>) = self.0.iter().partition(|(name, _)| name == NAME);
+        let mut lines = known.clone().unwrap_or_default();
+        for (name, bytes) in others {
+            lines += &write_known(draft, name, |file| file.write_all(bytes))?;
+        }
+        let lines = known.map_or(String::new(), |_| lines);
+        settings.into_iter().try_for_each(|(name, bytes)| {
+            draft.write(name, |file| file.write_all(bytes).and_then(|()| file.write_all(lines.as_bytes())))
+        })
     }
 }
 
@@ -179,11 +189,11 @@ pub fn merge(maps: &[PathBuf], output: &Path, renumber: bool, tell: &dyn Fn(&str
     let (beside, settings_left_out) = Beside::of_all(beside);
     let write = || -> Result<(), Failure> {
         let mut draft = Draft::new(output)?;
-        draft.write(MAP, |file| {
+        let known = write_known(&mut draft, MAP, |file| {
             let mut out = BufWriter::new(file);
             merge.write(&mut out).and_then(|()| out.flush())
         })?;
-        beside.write(&mut draft)?;
+        beside.write(&mut draft, Some(known))?;
         draft.publish()
     };
     write().map_err(|failure| ErrorKind::Write.error(failure))?;
