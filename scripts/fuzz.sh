@@ -19,19 +19,19 @@ seed() { # target, largest size in kB, folders: copies their maps as seeds
 }
 seed osm_xml 12 tests/rules sample_maps
 # The targets that damage sound maps themselves start from nothing but a byte that chooses the map.
-for target in check build_map osm_pbf settings; do
+for target in check build_map osm_pbf settings opendrive; do
     mkdir -p "fuzz/corpus/$target" "fuzz/seeds/$target"
 done
 for byte in 0 1 2 3 4 5 6 7 8 9; do
     # shellcheck disable=SC2059
-    printf "\\00$byte abcdefghijklmnopqrstuvwxyz" | tee "fuzz/corpus/check/$byte" >"fuzz/corpus/build_map/$byte"
+    printf "\\00$byte abcdefghijklmnopqrstuvwxyz" | tee "fuzz/corpus/check/$byte" "fuzz/corpus/opendrive/$byte" >"fuzz/corpus/build_map/$byte"
 done
 awk '/^```toml/ { on = 1; next } /^```/ { on = 0 } on' docs/configuration.md >fuzz/corpus/settings/all.toml
 find tests/rules -name '*.toml' | while read -r file; do
     cp "$file" "fuzz/corpus/settings/$(echo "$file" | tr / _)"
 done
 
-[ $# -gt 0 ] || set -- osm_xml osm_pbf check settings build_map
+[ $# -gt 0 ] || set -- osm_xml osm_pbf check settings build_map opendrive
 for target in "$@"; do
     echo "== $target, $seconds s"
     dictionary=

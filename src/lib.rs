@@ -60,5 +60,7 @@ pub mod text;
 pub mod tiles;
 #[warn(clippy::indexing_slicing)]
 pub mod triage;
+#[warn(clippy::indexing_slicing)]
+pub mod xodr;
 
 pub use api::{Input, build, check, fix, geometry};

@@ -72,6 +72,7 @@ def build(
     driving_side: Optional[_Side] = None,
     projector: Optional[_Projector] = None,
     dem: Optional[_Input] = None,
+    origin: Optional[Tuple[float, float]] = None,
     profile: Optional[_Profile] = None,
     config: Optional[_Config] = None,
     isolated: bool = False,

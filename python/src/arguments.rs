@@ -105,6 +105,15 @@ pub fn profile(given: Option<Any<'_, '_>>) -> PyResult<Option<Profile>> {
     choice("profile", given, &[("ours", Profile::Ours), ("tier4", Profile::Tier4)]).map(Some)
 }
 
+/// Latitude and longitude of a place on Earth, degrees.
+pub fn place((lat, lon): (f64, f64)) -> PyResult<[f64; 2]> {
+    if !(-90.0..=90.0).contains(&lat) || !(-180.0..=180.0).contains(&lon) {
+        let message = format!("({lat}, {lon}) is not on Earth: latitude -90 to 90 first, then longitude -180 to 180");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok([lat, lon])
+}
+
 /// How streets are laid out.
 pub fn layout(
     driving_side: Option<Any<'_, '_>>,

@@ -42,20 +42,21 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
     }
 }
 
-/// Build a Lanelet2 map from OpenStreetMap data, or from streets as `geometry` writes them.
+/// Build a Lanelet2 map from OpenStreetMap data, from streets as `geometry` writes them, or from OpenDRIVE.
 ///
 /// The same input gives the same map, byte by byte, whatever the number of threads; it is the map that the command
 /// `lanewright build` writes.
 ///
 /// Args:
-///     input: OpenStreetMap data (.osm, .osm.gz or .osm.pbf) or streets as GeoJSON (docs/geometry.md): a path, or the content
-///         as bytes. What it is, its content says.
+///     input: OpenStreetMap data (.osm, .osm.gz or .osm.pbf), streets as GeoJSON (docs/geometry.md) or OpenDRIVE
+///         (docs/opendrive.md): a path, or the content as bytes. What it is, its content says.
 ///     output: A directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml, made if it is not there. All three
 ///         are written or none. Without it nothing is written.
 ///     driving_side: Side of the road on which people drive: 'left', 'right', or 'auto', by the country.
 ///     projector: Projection of the map: 'MGRS', 'TransverseMercator', 'LocalCartesianUTM' or 'LocalCartesian', its origin in
 ///         the middle of the data. Without it MGRS, or TransverseMercator where the data does not fit one 100 km square.
 ///     dem: A terrain model to lay the roads on, as a path or bytes: GeoTIFF in degrees or UTM, heights in metres.
+///     origin: Latitude and longitude, degrees, of the origin of an OpenDRIVE file that does not say where it lies.
 ///     profile: Whose reading of the requirements the map follows where readings differ: 'ours' or 'tier4'.
 ///     config: Settings (docs/configuration.md): a file to read instead of lanewright.toml, 'KEY=VALUE', a mapping, or a list of
 ///         these, of which the last counts most.
@@ -74,7 +75,7 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
 ///     WriteError: The map cannot be written.
 ///     TypeError, ValueError: An argument is of the wrong type, or has a value that there is not.
 #[pyfunction]
-#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, profile=None, config=None, isolated=false, force=false, name=None, threads=None))]
+#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, origin=None, profile=None, config=None, isolated=false, force=false, name=None, threads=None))]
 #[allow(clippy::too_many_arguments, reason = "Python names them")]
 pub fn build(
     py: Python<'_>,
@@ -83,6 +84,7 @@ pub fn build(
     driving_side: Option<Any<'_, '_>>,
     projector: Option<Any<'_, '_>>,
     dem: Option<Any<'_, '_>>,
+    origin: Option<(f64, f64)>,
     profile: Option<Any<'_, '_>>,
     config: Option<Any<'_, '_>>,
     isolated: bool,
@@ -92,7 +94,8 @@ pub fn build(
 ) -> PyResult<BuiltMap> {
     let input = arguments::input("input", input, name)?;
     let output = arguments::output(output)?;
-    let options = arguments::layout(driving_side, projector, dem, profile, config, isolated)?;
+    let mut options = arguments::layout(driving_side, projector, dem, profile, config, isolated)?;
+    options.origin = origin.map(arguments::place).transpose()?;
     let threads = arguments::threads(threads)?;
     let name = input.name();
     let made = work::run(py, threads, move || {
@@ -100,11 +103,15 @@ pub fn build(
             api::spare(directory, force)?;
         }
         let mut merges: Vec<String> = Vec::new();
-        let map = api::BuiltMap::uncontested(&options, |options| {
-            let layout = Layout::read(input.clone(), options, &|_| ())?;
-            merges = layout.plan.streets.merges.iter().map(ToString::to_string).collect();
-            Ok::<Layout, api::Error>(layout)
-        })?;
+        let map = if api::holds_opendrive(&input) {
+            api::BuiltMap::of_opendrive(input, &options, &|_| ())?
+        } else {
+            api::BuiltMap::uncontested(&options, |options| {
+                let layout = Layout::read(input.clone(), options, &|_| ())?;
+                merges = layout.plan.streets.merges.iter().map(ToString::to_string).collect();
+                Ok::<Layout, api::Error>(layout)
+            })?
+        };
         if let Some(directory) = &output {
             map.write(directory, force)?;
         }

@@ -15,6 +15,7 @@ use crate::projection::{Extent, LonLat, MgrsGrid, Projector};
 use crate::report::failure::Failure;
 use crate::settings::{ProjectorType, Settings, Side};
 use crate::terrain::Terrain;
+use crate::xodr;
 
 use super::config::{self, Configuration};
 use super::error::{Error, ErrorKind};
@@ -32,6 +33,8 @@ pub struct LayoutOptions {
     pub projector: Option<ProjectorType>,
     /// A terrain model to lay the roads on: GeoTIFF in degrees or UTM, heights in metres.
     pub dem: Option<Input>,
+    /// Latitude and longitude, degrees, of the origin of an OpenDRIVE file that does not say where it lies.
+    pub origin: Option<[f64; 2]>,
     /// Which settings count. Of its fields, `select` and `ignore` mean nothing here.
     pub configuration: Configuration,
     /// Ids that two elements want, so that neither gets them; [`build`](crate::build()) finds out.
@@ -58,6 +61,12 @@ impl Layout {
         let name = input.name();
         tell(&format!("reading {name}"));
         let (bytes, build) = asked(input, options)?;
+        if xodr::is_opendrive(&bytes) {
+            let failure = Failure::new(format!("{name} is OpenDRIVE, whose lanes need no laying out")).about(&name);
+            return Err(
+                ErrorKind::Build.error(failure.help(format!("make a map of it: lanewright build {name} -o DIR")))
+            );
+        }
         let plan = if geojson::is_json(&bytes) {
             if options.dem.is_some() {
                 return Err(ErrorKind::Build.error(
@@ -139,7 +148,7 @@ pub(super) fn loaded(path: PathBuf) -> Result<Vec<u8>, Error> {
 }
 
 /// The bytes of an input, and what a user decides about building it.
-fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), Error> {
+pub(super) fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), Error> {
     match input {
         Input::Path(path) => Ok((loaded(path.clone())?, decided(&path, said)?)),
         Input::Bytes(InMemory { bytes, settings, .. }) => {
@@ -270,7 +279,7 @@ pub(super) fn wanted(kind: ProjectorType, extent: Option<Extent>, name: &str) ->
 }
 
 /// The projector that the user wants, with its origin there.
-fn projector(kind: ProjectorType, origin: LonLat) -> Result<Projector, Error> {
+pub(super) fn projector(kind: ProjectorType, origin: LonLat) -> Result<Projector, Error> {
     let failed = |message: &str, help: &str| ErrorKind::Build.error(Failure::new(message).help(help));
     Ok(match kind {
         ProjectorType::Mgrs => Projector::mgrs(MgrsGrid::of(origin).ok_or_else(|| {
@@ -296,6 +305,8 @@ pub(crate) fn build_failure(error: BuildError, input: &str) -> Failure {
         BuildError::Network(_) => Failure::new(format!("{input}: {error}"))
             .help("are highway=* ways in the extract, and not only footways and private paths?"),
         BuildError::NoPlace => Failure::new(format!("{input}: {error}")),
+        BuildError::NoLane { .. } => Failure::new(format!("{input}: {error}"))
+            .help("lanes of type driving and its kin, bus and taxi become lanelets; has the file others only?"),
     };
     failure.about(input)
 }

@@ -17,6 +17,7 @@ mod join;
 mod judge;
 pub(crate) mod layout;
 pub(crate) mod load;
+pub(crate) mod opendrive;
 mod own_output;
 mod tile;
 mod tiles;
@@ -42,6 +43,7 @@ pub(crate) use fixed::{mended, undivided};
 pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
+pub use opendrive::holds_opendrive;
 pub use own_output::spare;
 pub use tile::TileBuilder;
 pub use tiles::{TileOptions, Tiled, build_tiles};
@@ -60,7 +62,7 @@ pub enum Input {
 pub struct InMemory {
     /// What messages call it.
     pub name: String,
-    /// OpenStreetMap XML, plain or gzip, or PBF; streets as GeoJSON; what it is, its content says.
+    /// OpenStreetMap XML, plain or gzip, or PBF; streets as GeoJSON; OpenDRIVE; what it is, its content says.
     pub bytes: Vec<u8>,
     /// The text of `map_projector_info.yaml`.
     pub projector_info: Option<String>,
@@ -110,13 +112,16 @@ pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), Error> {
     files::write(file, bytes).map_err(ErrorKind::Write.of())
 }
 
-/// Builds a Lanelet2 map from OpenStreetMap data (XML, gzip, PBF), or from streets as [`geometry`] writes them.
+/// Builds a Lanelet2 map from OpenStreetMap data (XML, gzip, PBF), from streets as [`geometry`] writes them, or from OpenDRIVE.
 ///
 /// # Errors
 ///
 /// Where the input or settings cannot be read, or have no road that a map could be built from.
 pub fn build(input: impl Into<Input>, options: &LayoutOptions) -> Result<BuiltMap, Error> {
     let input = input.into();
+    if opendrive::holds_opendrive(&input) {
+        return BuiltMap::of_opendrive(input, options, &|_| ());
+    }
     BuiltMap::uncontested(options, |options| geometry(input.clone(), options))
 }
 

@@ -8,6 +8,7 @@ use crate::osm::{OsmData, Way};
 use crate::parallel::Finely;
 use crate::projection::{Extent, Extents, LonLat, Projector};
 use crate::settings::{MergeSettings, Profile, Settings};
+use crate::xodr::OpenDrive;
 
 use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::SignalArrows;
@@ -16,7 +17,8 @@ use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{
     NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, is_highway, road_network,
 };
-use super::options::{BuildOptions, Plan};
+use super::opendrive::{Placing, assemble_opendrive, guesses};
+use super::options::{BuildOptions, Inside, Plan};
 use super::postprocess::{grade_separation, shared_borders, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
 use super::streets::heights::{ElevationTags, elevation_tags};
@@ -44,6 +46,12 @@ pub enum BuildError {
     /// No road has a place on earth.
     #[error("no node of a road has a usable latitude and longitude")]
     NoPlace,
+    /// An OpenDRIVE file without lanes for vehicles.
+    #[error("none of the {roads} roads has a lane for vehicles with a reference line and a width")]
+    NoLane {
+        /// How many roads there are.
+        roads: usize,
+    },
 }
 
 /// How much was built.
@@ -261,15 +269,44 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
     let (layout, more) = lay_out(network, kept, &apart, &heights, contested);
     notes.extend(more);
-    let Assembled { mut map, mut settings, notes: more, areas, roads } =
-        assemble(layout, &SignalArrows::new(&inside, &projector));
+    let assembled = assemble(layout, &SignalArrows::new(&inside, &projector));
+    finished(assembled, projector, (notes, guesses), &inside, profile)
+}
+
+/// Builds a map from an OpenDRIVE file: its lanes are those of the file.
+///
+/// # Errors
+/// There is no lane for vehicles in it.
+pub fn build_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placing) -> Result<Built, BuildError> {
+    let mut built = uncontested(&options.contested, |contested| {
+        let options = BuildOptions { contested: contested.clone(), ..options.clone() };
+        let (assembled, projector) = assemble_opendrive(file, &options, placing);
+        if assembled.map.lanelets.is_empty() {
+            return Err(BuildError::NoLane { roads: file.roads.len() });
+        }
+        let guesses = guesses(&assembled.notes);
+        Ok(finished(assembled, projector, (Vec::new(), guesses), &options.inside, options.profile))
+    })?;
+    built.map.place_on_globe(&built.projector);
+    Ok(built)
+}
+
+/// What only the whole map tells.
+fn finished(
+    assembled: Assembled,
+    projector: Projector,
+    (mut notes, guesses): (Vec<Finding>, usize),
+    inside: &Inside,
+    profile: Profile,
+) -> Built {
+    let Assembled { mut map, mut settings, notes: more, areas, roads } = assembled;
     notes.extend(more);
     shared_borders::share_borders(&mut map);
     let reaches = reaches(&map);
     turn_signal::limit_turn_signals(&mut map, &reaches);
     grade_separation::ignore_other_levels(&mut map, &reaches);
     drop(reaches);
-    notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
+    notes.extend(user_elements::draw(&mut map, &projector, inside, &mut settings));
     settings.sort();
     if profile == Profile::Tier4 {
         tier4::suit_validator(&mut map, &mut settings);

@@ -20,6 +20,7 @@ pub(crate) mod lanes;
 pub(crate) mod layout;
 pub(crate) mod map;
 pub mod network;
+pub(crate) mod opendrive;
 #[warn(clippy::indexing_slicing)]
 pub mod options;
 pub(crate) mod postprocess;
@@ -29,6 +30,7 @@ pub mod tags;
 #[cfg(test)]
 mod tests;
 
-pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_plan, plan, uncontested};
+pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_opendrive, build_plan, plan, uncontested};
+pub use opendrive::Placing;
 pub use options::{BuildOptions, Plan};
 pub use postprocess::user_elements::UNDRAWN;

@@ -2,22 +2,24 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, spare};
+use crate::api::{
+    BuiltMap, Input, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, holds_opendrive, spare,
+};
 use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
 
-use super::args::{CLEAN, StreetArgs};
+use super::args::{CLEAN, StreetArgs, place};
 use super::check_args::ProfileArg;
 use super::output::{self, Progress};
 use super::split::CELL;
 use super::{input, memory, split};
 use clap::Args;
 
-/// Build a Lanelet2 map from OpenStreetMap data, or from streets as `geometry` writes them
+/// Build a Lanelet2 map from OpenStreetMap data, from streets as `geometry` writes them, or from OpenDRIVE
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
+    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), streets as GeoJSON (docs/geometry.md), or OpenDRIVE (docs/opendrive.md)
     pub input: PathBuf,
     /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
     #[arg(short, long, value_name = "DIR")]
@@ -41,6 +43,9 @@ pub struct BuildArgs {
     /// Write over a map that was not built here, or was changed since
     #[arg(long, conflicts_with_all = ["cells", "tiles"])]
     pub force: bool,
+    /// Where the origin of an OpenDRIVE file lies that does not say it
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    pub origin: Option<(f64, f64)>,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
@@ -52,6 +57,11 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let mut options = args.streets.layout.options();
     options.configuration.profile = args.profile.map(Into::into);
+    options.origin = args.origin.map(|(lat, lon)| [lat, lon]);
+    let input = Input::from(args.input.as_path());
+    if holds_opendrive(&input) {
+        return run_opendrive(args, input, &options, progress);
+    }
     if let Some(size) = args.tiles {
         return run_tiles(args, size, &options, progress);
     }
@@ -74,6 +84,24 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     output::print(&format!("{}{divided}{merges}{undrawn}", summary(args, &map.built)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
+    Ok(CLEAN)
+}
+
+/// Builds the map of an OpenDRIVE file and writes its files, all or none.
+fn run_opendrive(args: &BuildArgs, input: Input, options: &LayoutOptions, progress: Progress) -> Result<u8, Failure> {
+    if args.tiles.is_some() {
+        let failure = Failure::new(format!("{} is OpenDRIVE, which is not built in tiles", args.input.display()));
+        return Err(failure.help("leave --tiles out; --cells divides the map"));
+    }
+    let map = BuiltMap::of_opendrive(input, options, &|doing| progress.next(doing))?;
+    progress.next("writing");
+    let divided = match args.cells {
+        Some(size) => split::counts(&map.write_cells(&args.output, size)?),
+        None => map.write(&args.output, args.force).map(|()| String::new())?,
+    };
+    drop(progress);
+    let oddities = input::oddities(&map.built.notes, args.streets.guesses);
+    output::print(&format!("{}{divided}{oddities}", summary(args, &map.built)))?;
     Ok(CLEAN)
 }
 

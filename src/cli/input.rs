@@ -9,12 +9,15 @@ use crate::builder::UNMET_WISH;
 use crate::builder::network::UNMET_ROAD;
 use crate::builder::streets::consolidate::MergeNote;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::diagnostic::Finding;
+use crate::diagnostic::{Finding, Severity};
 use crate::report::failure::Failure;
 
 use super::args::{LayoutArgs, SideArg, StreetArgs};
 use super::check_args::ConfigArgs;
 use super::output::Progress;
+
+/// So many oddities of a file are told unasked.
+const ODDITIES: usize = 10;
 
 /// Reads an input and lays out its streets.
 pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Layout, Failure> {
@@ -37,6 +40,20 @@ impl LayoutArgs {
             ..LayoutOptions::default()
         }
     }
+}
+
+/// What is odd in an OpenDRIVE file: all of it, or how to see it. Gaps and what could not be drawn are told always.
+pub fn oddities(notes: &[Finding], all: bool) -> String {
+    let mut text = String::new();
+    let told = |note: &&Finding| note.fault.starts_with("opendrive-") && note.severity != Some(Severity::Info);
+    for note in notes.iter().filter(told).take(if all { usize::MAX } else { ODDITIES }) {
+        let _ = writeln!(text, "warning: {} [{}]", note.message, note.fault);
+    }
+    let more = notes.iter().filter(told).count().saturating_sub(ODDITIES);
+    if more > 0 && !all {
+        let _ = writeln!(text, "and {more} more: --guesses lists them");
+    }
+    text
 }
 
 /// Lines that count things, each with its singular and plural.

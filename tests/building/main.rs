@@ -11,6 +11,7 @@ mod geojson;
 mod heights;
 mod lane_stitching;
 mod networks;
+mod opendrive;
 mod pictures;
 mod quality;
 mod random_towns;

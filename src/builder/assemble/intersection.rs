@@ -25,6 +25,7 @@ use super::crossings::announce_to;
 use super::intersection_settings;
 use super::loose_ends::LooseLanes;
 use super::map_context::MapContext;
+use super::right_of_way::{headings, legs_of, rights_of_way};
 
 use rustc_hash::FxHashSet;
 
@@ -134,10 +135,10 @@ impl<'a> IntersectionAssembly<'a> {
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
             controlled.draw(&mut self.assembly, key, &outline.places);
         }
-        let legs = self.legs(arms);
+        let legs = legs_of(&self.assembly, arms);
         let movers = self.movers(arms, paths, &controls, &legs);
-        self.rights_of_way(&legs, paths, &movers, conflicts);
-        let of_leg = Self::headings(&legs, paths);
+        rights_of_way(&mut self.assembly, &legs, paths, &movers, conflicts);
+        let of_leg = headings(&legs, paths);
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(arms, &headings, self.context.lanes);
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);

@@ -112,67 +112,68 @@ impl IntersectionAssembly<'_> {
             })
             .collect()
     }
+}
 
-    /// For each arm, the first arm of its leg. Carriageways on both sides of a median, or side by side, are one leg.
-    pub(super) fn legs(&self, arms: &[&Arm]) -> Vec<usize> {
-        let place = |ids: [PointId; 2]| Edge { ids, points: ids.map(|id| self.assembly.position(id)) };
-        let mut edges: Vec<(usize, Crossed)> = Vec::new();
-        for (i, arm) in arms.iter().enumerate() {
-            let lanes = arm.into.iter().map(|lane| (lane, true)).chain(arm.out.iter().map(|lane| (lane, false)));
-            edges.extend(lanes.map(|(lane, inward)| {
-                let for_cars = lane.kind == StripKind::Drive;
-                (i, Crossed { edge: place(lane.nodes), inward, for_cars })
-            }));
-        }
-        let crossed: Vec<Crossed> = edges.iter().map(|(_, edge)| *edge).collect();
-        let mut first: Vec<usize> = (0..arms.len()).collect();
-        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed)) {
-            first[arm] = first[arm].min(edges[leg].0);
-        }
-        first
+/// For each arm, the first arm of its leg. Carriageways on both sides of a median, or side by side, are one leg.
+pub(crate) fn legs_of(assembly: &MapBuilder, arms: &[&Arm]) -> Vec<usize> {
+    let place = |ids: [PointId; 2]| Edge { ids, points: ids.map(|id| assembly.position(id)) };
+    let mut edges: Vec<(usize, Crossed)> = Vec::new();
+    for (i, arm) in arms.iter().enumerate() {
+        let lanes = arm.into.iter().map(|lane| (lane, true)).chain(arm.out.iter().map(|lane| (lane, false)));
+        edges.extend(lanes.map(|(lane, inward)| {
+            let for_cars = lane.kind == StripKind::Drive;
+            (i, Crossed { edge: place(lane.nodes), inward, for_cars })
+        }));
     }
+    let crossed: Vec<Crossed> = edges.iter().map(|(_, edge)| *edge).collect();
+    let mut first: Vec<usize> = (0..arms.len()).collect();
+    for (&(arm, _), leg) in edges.iter().zip(legs(&crossed)) {
+        first[arm] = first[arm].min(edges[leg].0);
+    }
+    first
+}
 
-    pub(super) fn rights_of_way(
-        &mut self,
-        legs: &[usize],
-        paths: &[TurningLanelet],
-        movers: &[Mover],
-        conflicts: &Conflicts,
-    ) {
-        let headings = Self::headings(legs, paths);
-        let opposite = opposites(&headings, OPPOSITE);
-        let legs = legs_by_light(legs, paths, &headings);
-        let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
-            [a, b] if a == b => Relation::Same,
-            [a, b] if opposite[a] == Some(b) => Relation::InPhase,
-            _ => Relation::AntiPhase,
-        };
-        for (x, path) in paths.iter().enumerate() {
-            // Autoware's routing graph for cars has no bus lanes, so it does not watch them.
-            let watched: Vec<usize> =
-                conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
-            let mut yields = yields(x, movers, &watched, relation);
-            // Autoware would wait for lanelets that only touch this one.
-            if !(movers[x].signalised && movers[x].turn == Turn::Straight) {
-                yields.extend(conflicts.touching(x).filter(|&y| paths[y].kind != StripKind::Bus));
-                yields.sort_unstable();
-            }
-            if yields.is_empty() {
-                continue;
-            }
-            let mut members = vec![("right_of_way", Target::Lanelet(path.lanelet))];
-            members.extend(yields.iter().map(|&y| ("yield", Target::Lanelet(paths[y].lanelet))));
-            let key = Key::new("right of way").number(path.lanelet.0);
-            self.assembly.element(key, "right_of_way", &members, &[path.lanelet]);
+/// Adds a `right_of_way` element for each lanelet that may ignore others.
+pub(crate) fn rights_of_way(
+    assembly: &mut MapBuilder,
+    legs: &[usize],
+    paths: &[TurningLanelet],
+    movers: &[Mover],
+    conflicts: &Conflicts,
+) {
+    let heading_of = headings(legs, paths);
+    let opposite = opposites(&heading_of, OPPOSITE);
+    let legs = legs_by_light(legs, paths, &heading_of);
+    let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
+        [a, b] if a == b => Relation::Same,
+        [a, b] if opposite[a] == Some(b) => Relation::InPhase,
+        _ => Relation::AntiPhase,
+    };
+    for (x, path) in paths.iter().enumerate() {
+        // Autoware's routing graph for cars has no bus lanes, so it does not watch them.
+        let watched: Vec<usize> =
+            conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
+        let mut yields = yields(x, movers, &watched, relation);
+        // Autoware would wait for lanelets that only touch this one.
+        if !(movers[x].signalised && movers[x].turn == Turn::Straight) {
+            yields.extend(conflicts.touching(x).filter(|&y| paths[y].kind != StripKind::Bus));
+            yields.sort_unstable();
         }
+        if yields.is_empty() {
+            continue;
+        }
+        let mut members = vec![("right_of_way", Target::Lanelet(path.lanelet))];
+        members.extend(yields.iter().map(|&y| ("yield", Target::Lanelet(paths[y].lanelet))));
+        let key = Key::new("right of way").number(path.lanelet.0);
+        assembly.element(key, "right_of_way", &members, &[path.lanelet]);
     }
+}
 
-    /// For the first arm of each leg, the unit direction of the cars that arrive there; `None` if no car arrives, and for all
-    /// other arms. Two legs are opposite only if cars arrive on both: otherwise a bus road in the middle of a street would be
-    /// opposite to the street's own cars.
-    pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
-        (0..legs.len()).map(|leg| heading(legs, paths, leg, StripKind::Drive)).collect()
-    }
+/// For the first arm of each leg, the unit direction of the cars that arrive there; `None` if no car arrives, and for all
+/// other arms. Two legs are opposite only if cars arrive on both: otherwise a bus road in the middle of a street would be
+/// opposite to the street's own cars.
+pub(crate) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
+    (0..legs.len()).map(|leg| heading(legs, paths, leg, StripKind::Drive)).collect()
 }
 
 /// The unit direction of the vehicles of one kind that arrive on a leg; `None` if none arrives.

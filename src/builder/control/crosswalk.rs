@@ -38,7 +38,7 @@ pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing
 }
 
 /// Tags of a lanelet for people on foot.
-pub(super) fn pedestrian_attributes(subtype: &str) -> Attributes {
+pub(crate) fn pedestrian_attributes(subtype: &str) -> Attributes {
     Attributes::of(&[
         ("type", "lanelet"),
         ("subtype", subtype),

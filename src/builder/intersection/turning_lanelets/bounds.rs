@@ -126,6 +126,15 @@ impl SharedBounds {
         self.insert([a, b], BoundLine { key: of_nodes, id, nodes, places, measured })
     }
 
+    /// Takes up a line that is drawn already.
+    pub fn adopt(&mut self, assembly: &MapBuilder, line: LineStringId) {
+        let nodes = assembly.line_of(line).map(|line| line.points.clone()).unwrap_or_default();
+        let (Some(&from), Some(&to)) = (nodes.first(), nodes.last()) else { return };
+        let key = Key::new("adopted").number(line.0);
+        let (places, measured) = (assembly.positions(&nodes), Default::default());
+        self.insert([from, to], BoundLine { key, id: line, nodes, places, measured });
+    }
+
     /// Moves the places of a new line between two nodes to its own side of the other lines that end on either node. Lines between
     /// two lanes that part need that most.
     pub fn beside_others(&self, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {

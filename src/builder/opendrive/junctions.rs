@@ -1,0 +1,344 @@
+//! Junctions: their connecting lanes become turning lanelets with an area around them where they cross, and rights of way.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::builder::assemble::intersection_settings;
+use crate::builder::assemble::right_of_way::{headings, legs_of, rights_of_way};
+use crate::builder::ids::Key;
+use crate::builder::intersection::area_outline::area_outline;
+use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
+use crate::builder::intersection::movement_types::Movement;
+use crate::builder::intersection::turn_direction::turn_direction;
+use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
+use crate::builder::lanes::types::{Arm, ArmLane, Lanes, RoadLane};
+use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::approach_control::Control;
+use crate::builder::network::turn_angle::{STRAIGHT, turned};
+use crate::builder::network::{End, RoadEnd, RoadIx};
+use crate::builder::streets::heights::Ground;
+use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::road_class::DrivingSide;
+use crate::diagnostic::{Finding, Place};
+use crate::geometry::{Point, Vector, angle_between};
+use crate::lanelet::index::{JOINING, center_line};
+use crate::lanelet::right_of_way::{Mover, Turn};
+use crate::lanelet::{Attributes, PointId, TurnDirection};
+use crate::settings::IntersectionSettings;
+use crate::xodr::{Junction, JunctionKind};
+
+use super::lane_use::LaneUse;
+use super::scene::{Drawn, DrawnLane, Scene, note};
+use super::signals::Furniture;
+
+/// What all junctions add.
+#[derive(Default)]
+pub struct Made {
+    /// Intersection areas.
+    pub areas: usize,
+    /// What could not be drawn as it should.
+    pub notes: Vec<Finding>,
+    /// What the map format cannot express.
+    pub settings: Vec<IntersectionSettings>,
+    /// The lanelets, by index, that lie in an area.
+    pub in_area: BTreeSet<usize>,
+}
+
+/// The end of a road: its index, and whether it is the end at the larger station.
+type Ending = (usize, bool);
+
+/// A junction with its lanelets.
+struct Site<'a> {
+    scene: &'a Scene<'a>,
+    drawn: &'a Drawn,
+    /// The road ends around it, clockwise.
+    endings: Vec<Ending>,
+    arms: Vec<Arm>,
+    paths: Vec<TurningLanelet>,
+    /// For each path the lane that it is drawn from.
+    members: Vec<usize>,
+}
+
+/// Draws the areas of all junctions and decides their rights of way.
+pub fn draw(assembly: &mut MapBuilder, scene: &Scene, drawn: &Drawn, furniture: &Furniture, side: DrivingSide) -> Made {
+    let mut made = Made::default();
+    let lanes = Lanes { lanes: drawn.lanes.iter().map(|lane| road_lane(scene, lane)).collect(), ..Lanes::default() };
+    let mut by_junction: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (at, lane) in drawn.lanes.iter().enumerate().filter(|(_, lane)| lane.used.is_driven()) {
+        if let Some(junction) = &scene.road(lane.stretch).junction {
+            by_junction.entry(junction.as_str()).or_default().push(at);
+        }
+    }
+    for junction in scene.file.junctions.iter().filter(|junction| junction.kind == JunctionKind::Common) {
+        let members = by_junction.get(junction.id.as_str()).map_or(&[][..], Vec::as_slice);
+        let site = Site::new(assembly, scene, drawn, members, side);
+        site.finish(assembly, junction, &lanes, (furniture, side), &mut made);
+    }
+    made
+}
+
+fn road_lane(scene: &Scene, lane: &DrawnLane) -> RoadLane {
+    RoadLane {
+        road: RoadIx::new(scene.stretches[lane.stretch].road),
+        strip: 0,
+        backward: lane.direction < 0,
+        lanelet: lane.lanelet,
+        left: lane.bounds[0],
+        right: lane.bounds[1],
+    }
+}
+
+/// The kind of strip that stands for a use.
+fn strip(used: LaneUse) -> StripKind {
+    if used == LaneUse::Buses { StripKind::Bus } else { StripKind::Drive }
+}
+
+impl<'a> Site<'a> {
+    fn new(assembly: &MapBuilder, scene: &'a Scene, drawn: &'a Drawn, members: &[usize], side: DrivingSide) -> Self {
+        let mut site =
+            Self { scene, drawn, endings: Vec::new(), arms: Vec::new(), paths: Vec::new(), members: Vec::new() };
+        // For each member the lanes before and behind the junction.
+        let around: Vec<(usize, [usize; 2])> = members
+            .iter()
+            .filter_map(|&member| {
+                Some((member, [site.leave(members, member, false)?, site.leave(members, member, true)?]))
+            })
+            .collect();
+        let ending = |lane: usize, leads_in: bool| -> Ending {
+            let lane = &drawn.lanes[lane];
+            let end = if leads_in { lane.exit() } else { lane.entry() };
+            (scene.stretches[lane.stretch].road, end.far)
+        };
+        let mut endings: Vec<Ending> =
+            around.iter().flat_map(|(_, [from, to])| [ending(*from, true), ending(*to, false)]).collect();
+        endings.sort_unstable();
+        endings.dedup();
+        let mut arms: Vec<(Ending, Arm)> = endings.into_iter().map(|at| (at, site.arm(assembly, at))).collect();
+        clockwise(assembly, &mut arms);
+        (site.endings, site.arms) = arms.into_iter().unzip();
+        for (member, [from, to]) in around {
+            let position = |ending: Ending| site.endings.iter().position(|it| *it == ending);
+            let (Some(start), Some(end)) = (position(ending(from, true)), position(ending(to, false))) else {
+                continue;
+            };
+            let lane_of = |lanes: &[ArmLane], lane: usize| lanes.iter().position(|it| it.lane == lane);
+            let (into, out) = (&site.arms[start].into, &site.arms[end].out);
+            let (Some(in_lane), Some(out_lane)) = (lane_of(into, from), lane_of(out, to)) else { continue };
+            let movement = Movement { from: start, to: end, in_lane, out_lane };
+            let Some(path) = site.path(assembly, members, member, movement, side) else { continue };
+            site.paths.push(path);
+            site.members.push(member);
+        }
+        site
+    }
+
+    /// The first lane outside the junction from which a member is reached, or which is reached from it.
+    fn leave(&self, members: &[usize], member: usize, ahead: bool) -> Option<usize> {
+        let links = if ahead { &self.drawn.next } else { &self.drawn.back };
+        let mut at = member;
+        // A chain has at most all members.
+        for _ in 0..=members.len() {
+            at = *links[at].first()?;
+            if !members.contains(&at) {
+                return Some(at);
+            }
+        }
+        None
+    }
+
+    /// The end of a road at the junction.
+    fn arm(&self, assembly: &MapBuilder, (road, far): Ending) -> Arm {
+        let cut = &self.scene.cut[road];
+        let stretch = self.scene.first[road] + if far { cut.stretches.len().saturating_sub(1) } else { 0 };
+        let span = self.scene.stretches[stretch].span;
+        let angle = self.scene.plane.angle(self.scene.road(stretch).angle(if far { span[1] } else { span[0] }));
+        let along = Vector::new(angle.cos(), angle.sin());
+        let inward = if far { along } else { -along };
+        let end = if far { End::End } else { End::Start };
+        let mut arm = Arm {
+            at: RoadEnd { road: RoadIx::new(road), end },
+            inward,
+            aim: inward,
+            into: Vec::new(),
+            out: Vec::new(),
+            cut: Vec::new(),
+        };
+        let mut here: Vec<(usize, &DrawnLane)> =
+            self.drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven()).collect();
+        // From right to left, looking in.
+        if far {
+            here.reverse();
+        }
+        for (at, lane) in here {
+            let leads_in = lane.exit().far == far;
+            let nodes = lane.nodes[usize::from(leads_in)];
+            let [left, right] = nodes;
+            arm.cut.extend(if leads_in { [right, left] } else { [left, right] });
+            let heading = if leads_in { inward } else { -inward };
+            let list = if leads_in { &mut arm.into } else { &mut arm.out };
+            list.push(ArmLane::new(assembly, at, nodes, heading, strip(lane.used)));
+        }
+        let mut seen = BTreeSet::new();
+        arm.cut.retain(|id| seen.insert(*id));
+        // From left to right in their own direction of travel.
+        arm.into.reverse();
+        arm
+    }
+
+    fn path(
+        &self,
+        assembly: &MapBuilder,
+        members: &[usize],
+        member: usize,
+        movement: Movement,
+        side: DrivingSide,
+    ) -> Option<TurningLanelet> {
+        let lane = &self.drawn.lanes[member];
+        let [left, right] = lane.bounds.map(|bound| assembly.bound_line(bound));
+        let middle = center_line(&left, &right)?;
+        // The whole way through the junction turns, of which this lane may be a part.
+        let mut turn = turned(side, &middle);
+        for links in [&self.drawn.next, &self.drawn.back] {
+            let mut at = member;
+            // A chain has at most all members.
+            for _ in 1..members.len() {
+                let Some(&other) = links[at].first().filter(|other| members.contains(other) && **other != member)
+                else {
+                    break;
+                };
+                let [left, right] = self.drawn.lanes[other].bounds.map(|bound| assembly.bound_line(bound));
+                turn += center_line(&left, &right).map_or(0.0, |middle| turned(side, &middle));
+                at = other;
+            }
+        }
+        let heading = middle.at(crate::lanelet::index::HEADING_REACH.min(middle.length())) - middle.first();
+        Some(TurningLanelet {
+            movement,
+            lanelet: lane.lanelet,
+            turn,
+            outline: left.into_iter().chain(right.into_iter().rev()).collect(),
+            bounds: lane.bounds.map(|bound| bound.line),
+            heading: heading.try_normalize(f64::EPSILON)?,
+            corner: 0.0,
+            radius: f64::INFINITY,
+            kind: strip(lane.used),
+        })
+    }
+
+    fn finish(
+        self,
+        assembly: &mut MapBuilder,
+        junction: &Junction,
+        lanes: &Lanes,
+        (furniture, side): (&Furniture, DrivingSide),
+        made: &mut Made,
+    ) {
+        let indices = strip_indices(&self.paths);
+        let found = conflicts(&self.paths, &indices);
+        let controls: Vec<Control> = (0..self.arms.len()).map(|arm| self.control(arm, furniture)).collect();
+        if !self.needs_area(&found, &controls) {
+            return;
+        }
+        let key = Key::new("opendrive").word("intersection area").word(&junction.id);
+        let mut bounds = SharedBounds::default();
+        for line in self.paths.iter().flat_map(|path| path.bounds) {
+            bounds.adopt(assembly, line);
+        }
+        let arms: Vec<&Arm> = self.arms.iter().collect();
+        let ground = assembly.ground_between(arms.iter().flat_map(|arm| arm.cut.iter().copied()));
+        assembly.set_ground(ground);
+        let outline = area_outline(assembly, key, lanes, &arms, &bounds, (&self.paths, &indices), &[]);
+        assembly.set_ground(Ground::default());
+        let id = assembly.polygon_id(key);
+        assembly.polygon(id, outline.ring.clone(), Attributes::of(&[("type", "intersection_area"), ("area", "yes")]));
+        made.areas += 1;
+        made.in_area.extend(&self.members);
+        for &arm in &outline.lost {
+            let message = format!(
+                "the area of junction {} does not lead along the end of road {}",
+                junction.id, self.scene.file.roads[self.endings[arm].0].id
+            );
+            let cut = assembly.positions(&arms[arm].cut);
+            made.notes.push(note("lane-end-inside", junction.line, message).at(Place::Line(cut)));
+        }
+        let name = id.0.to_string();
+        for path in &self.paths {
+            if let Some(attributes) = assembly.attributes_mut(path.lanelet) {
+                attributes.set("turn_direction", turn_direction(path).as_str());
+                attributes.set("intersection_area", &name);
+            }
+        }
+        let legs = legs_of(assembly, &arms);
+        let movers = self.movers(&controls, side);
+        rights_of_way(assembly, &legs, &self.paths, &movers, &found);
+        let of_leg = headings(&legs, &self.paths);
+        let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
+        let names = intersection_settings::names(&arms, &heading_of, lanes);
+        made.settings.extend(intersection_settings::settings(id, &names, &[], &movers));
+    }
+
+    /// Whether vehicles cross, or turn off while others go on.
+    fn needs_area(&self, found: &Conflicts, controls: &[Control]) -> bool {
+        let ruled = controls.iter().any(|control| *control != Control::None);
+        self.paths.iter().enumerate().any(|(at, path)| {
+            let turns = turn_direction(path) != TurnDirection::Straight;
+            let goes_on =
+                |it: &TurningLanelet| it.movement.from == path.movement.from && it.movement.to != path.movement.to;
+            let joins = |it: &TurningLanelet| {
+                it.movement.to == path.movement.to
+                    && angle_between(path.heading, it.heading).abs().to_degrees() <= JOINING
+            };
+            turns && self.paths.iter().any(goes_on)
+                || found.real[at].iter().any(|&other| ruled || !joins(&self.paths[other]))
+        })
+    }
+
+    /// What controls an arm: lights, else signs.
+    fn control(&self, arm: usize, furniture: &Furniture) -> Control {
+        let paths = self.paths.iter().zip(&self.members).filter(|(path, _)| path.movement.from == arm);
+        let mut lanes: Vec<usize> = self.arms[arm].into.iter().map(|lane| lane.lane).collect();
+        lanes.extend(paths.map(|(_, member)| *member));
+        furniture.control(&lanes)
+    }
+
+    fn movers(&self, controls: &[Control], side: DrivingSide) -> Vec<Mover> {
+        let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
+        let lights = controls.contains(&Control::Signals);
+        let waits = |control: &Control| {
+            matches!(control, Control::Stop | Control::GiveWay) || lights && *control != Control::Signals
+        };
+        let first: Vec<bool> = controls.iter().map(|control| !waits(control)).collect();
+        let leads_in = |arm: &usize| !self.arms[*arm].into.is_empty();
+        let ranked = (0..first.len()).filter(leads_in).map(|arm| first[arm]).collect::<Vec<_>>();
+        let differ = ranked.contains(&true) && ranked.contains(&false);
+        let mover = |path: &TurningLanelet| Mover {
+            arm: path.movement.from,
+            turn: match path.turn * near {
+                t if t.abs() <= STRAIGHT => Turn::Straight,
+                t if t > 0.0 => Turn::Near,
+                _ => Turn::Far,
+            },
+            signalised: controls[path.movement.from] == Control::Signals,
+            controlled: true,
+            priority: differ.then(|| first[path.movement.from]),
+            bicycle: false,
+        };
+        self.paths.iter().map(mover).collect()
+    }
+}
+
+/// Puts the arms into clockwise order around the middle of the junction.
+fn clockwise(assembly: &MapBuilder, arms: &mut [(Ending, Arm)]) {
+    let middle = |cut: &[PointId]| -> Point {
+        let places = assembly.positions(cut);
+        let sum: Vector = places.iter().map(|place| place.coords).sum();
+        Point::from(sum / places.len().max(1) as f64)
+    };
+    let sum: Vector = arms.iter().map(|(_, arm)| middle(&arm.cut).coords).sum();
+    let centre = Point::from(sum / arms.len().max(1) as f64);
+    // A little behind the cut, so that two roads side by side keep their order whatever their ends are.
+    let bearing = |arm: &Arm| {
+        let ray = middle(&arm.cut) - arm.inward * 0.1 - centre;
+        ray.y.atan2(ray.x)
+    };
+    arms.sort_by(|(a_at, a), (b_at, b)| bearing(b).total_cmp(&bearing(a)).then(a_at.cmp(b_at)));
+}

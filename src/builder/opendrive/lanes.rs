@@ -1,0 +1,222 @@
+//! The lanelets of all lanes, between the file's own borders.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::builder::map::map_builder::MapBuilder;
+use crate::diagnostic::{Finding, Severity};
+use crate::settings::{BesideSettings, BicycleLanes};
+use crate::xodr::{Lane, Place, Road};
+
+use super::contacts::{Contact, LaneEnd, contacts};
+use super::lane_use::LaneUse;
+use super::lines::{Lines, One, SideRun, StretchLanes};
+use super::nodes::{BorderEnd, Nodes, sides};
+use super::scene::{Drawn, Scene, note};
+
+/// A lane that is narrower than this everywhere, metres, is none: exporters leave some beside others.
+const NO_WIDTH: f64 = 0.3;
+/// Borders closer than this everywhere, metres, are one.
+const ONE_BORDER: f64 = 0.02;
+/// Borders closer than this at an end, metres, end in one node.
+const PINCHED: f64 = 0.05;
+/// The speed limit where a file says none, km/h: the usual one in towns.
+const UNSAID_SPEED: f64 = 50.0;
+/// Speed limits of lanes for bicycles and of shoulders, km/h.
+const CYCLING: f64 = 20.0;
+const CRAWLING: f64 = 10.0;
+/// A shoulder narrower than this, metres, is a part of the border: nobody can halt there.
+const NARROW_SHOULDER: f64 = 1.0;
+/// A lane for bicycles narrower than this, metres, is none.
+const NARROW_BICYCLES: f64 = 0.8;
+
+/// The borders of a stretch, from left to right, each with the border that stands for it.
+fn borders(scene: &Scene, stretch: usize) -> Vec<(i64, i64)> {
+    let (section, road) = (scene.section(stretch), scene.road(stretch));
+    let ids: Vec<i64> = section.lanes.iter().map(|lane| lane.id).collect();
+    let left = ids.iter().copied().filter(|id| *id > 0);
+    let all: Vec<i64> = left.chain([0]).chain(ids.iter().copied().filter(|id| *id < 0)).collect();
+    let mut representative: BTreeMap<i64, i64> = BTreeMap::from([(0, 0)]);
+    let mut outward: Vec<i64> = all.iter().copied().filter(|border| *border != 0).collect();
+    outward.sort_by_key(|border| border.abs());
+    for border in outward {
+        let inside = border - border.signum();
+        let width = width(scene, stretch, road, border);
+        let of_inside = representative.get(&inside).copied();
+        let stands = of_inside.filter(|_| width < ONE_BORDER).unwrap_or(border);
+        representative.insert(border, stands);
+    }
+    all.into_iter().map(|border| (border, representative.get(&border).copied().unwrap_or(border))).collect()
+}
+
+/// The largest width of a lane along a stretch, metres.
+fn width(scene: &Scene, stretch: usize, road: &Road, lane: i64) -> f64 {
+    const PLACES: usize = 8;
+    let [from, to] = scene.stretches[stretch].span;
+    let sections = scene.sections(stretch);
+    let at = |i: usize| {
+        let station = from + (to - from) * i as f64 / PLACES as f64;
+        let section = sections.iter().rev().find(|section| section.span[0] <= station).or(sections.first());
+        section.map_or(0.0, |section| section.width(road, lane, station))
+    };
+    (0..=PLACES).map(at).fold(0.0, f64::max)
+}
+
+/// Draws the lanelets of all lanes.
+pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -> Drawn {
+    let found = contacts(scene.file, scene.cut, scene.first);
+    let mut drawn = Drawn::default();
+    for dangling in found.dangling {
+        drawn.notes.push(note("opendrive-link", dangling.line, dangling.message));
+    }
+    let stretches = 0..scene.stretches.len();
+    let all_borders: Vec<Vec<(i64, i64)>> = stretches.clone().map(|stretch| borders(scene, stretch)).collect();
+    let lanes: Vec<StretchLanes> = stretches
+        .clone()
+        .map(|stretch| {
+            let (driven, stands) = (used(scene, stretch), all_borders[stretch].iter().copied().collect());
+            let sides = side_runs(scene, stretch, &driven, beside);
+            StretchLanes { driven, sides, stands }
+        })
+        .collect();
+    let ends = meeting_ends(scene, &all_borders, &lanes, &found.all, &mut drawn.notes);
+    let mut lines = Lines::new(scene, &ends);
+    for stretch in stretches {
+        let road = scene.road(stretch);
+        for (lane, used) in &lanes[stretch].driven {
+            let limit = road.speed(scene.section(stretch), lane, scene.middle(stretch)).unwrap_or(UNSAID_SPEED);
+            let borders = sides(lane.id);
+            for &direction in road.directions(lane) {
+                let back = direction != road.directions(lane)[0];
+                let one = One { stretch, lane: lane.id, direction, used: *used, limit, back };
+                lines.lanelet(assembly, &mut drawn, &lanes[stretch], borders, one);
+            }
+        }
+        for run in &lanes[stretch].sides {
+            let [inner, outer] = run.borders();
+            let borders = if outer > 0 { [outer, inner] } else { [inner, outer] };
+            let beside = lanes[stretch].driven.iter().find(|(lane, _)| lane.id == run.beside());
+            let direction = beside.map_or(1, |(lane, _)| road.directions(lane)[0]);
+            let limit = if run.used == LaneUse::Bicycles { CYCLING } else { CRAWLING };
+            let one = One { stretch, lane: run.lanes[1], direction, used: run.used, limit, back: false };
+            lines.lanelet(assembly, &mut drawn, &lanes[stretch], borders, one);
+        }
+    }
+    unsaid_speeds(scene, &lanes, &mut drawn.notes);
+    follow(&mut drawn, &found.all);
+    drawn
+}
+
+/// One note for each road of which some lane has no speed limit.
+fn unsaid_speeds(scene: &Scene, lanes: &[StretchLanes], notes: &mut Vec<Finding>) {
+    let mut told = BTreeSet::new();
+    for (stretch, lanes) in lanes.iter().enumerate() {
+        let (road, section) = (scene.road(stretch), scene.section(stretch));
+        let unsaid = |(lane, used): &(&Lane, LaneUse)| {
+            used.is_driven() && road.speed(section, lane, scene.middle(stretch)).is_none()
+        };
+        if lanes.driven.iter().any(unsaid) && told.insert(&road.id) {
+            let message = format!("road {} has no speed limit: {UNSAID_SPEED} km/h", road.id);
+            notes.push(note("opendrive-speed", road.line, message).graded(Severity::Info));
+        }
+    }
+}
+
+/// The lanes of a stretch that become lanelets.
+fn used<'a>(scene: &'a Scene, stretch: usize) -> Vec<(&'a Lane, LaneUse)> {
+    let road = scene.road(stretch);
+    let lanes = scene.section(stretch).lanes.iter().map(|lane| (lane, LaneUse::of(lane)));
+    let wide = |lane: &Lane| width(scene, stretch, road, lane.id) >= NO_WIDTH;
+    lanes.filter(|(lane, used)| used.is_driven() && wide(lane)).collect()
+}
+
+/// The strips beside the driven lanes that become lanelets: shoulders with parked cars, and lanes for bicycles.
+fn side_runs(scene: &Scene, stretch: usize, driven: &[(&Lane, LaneUse)], beside: &BesideSettings) -> Vec<SideRun> {
+    let (road, section) = (scene.road(stretch), scene.section(stretch));
+    if road.junction.is_some() {
+        return Vec::new();
+    }
+    let mut runs = Vec::new();
+    for side in [1, -1] {
+        let Some(last) = driven.iter().map(|(lane, _)| lane.id * side).filter(|id| *id > 0).max() else { continue };
+        let use_at = |id: i64| section.lane(id * side).map_or(LaneUse::None, LaneUse::of);
+        let first = use_at(last + 1);
+        let wanted = match first {
+            LaneUse::Shoulder => beside.shoulders,
+            LaneUse::Bicycles => beside.bicycle_lanes != BicycleLanes::None,
+            _ => false,
+        };
+        if !wanted {
+            continue;
+        }
+        let end = (last + 1..).take_while(|id| use_at(*id) == first).last().unwrap_or(last + 1);
+        let [from, to] = scene.stretches[stretch].span;
+        let width = |station: f64| (last + 1..=end).map(|id| section.width(road, id * side, station)).sum::<f64>();
+        let least = if first == LaneUse::Bicycles { NARROW_BICYCLES } else { NARROW_SHOULDER };
+        // A part of a strip narrower than that is a part of the border, whatever lies behind.
+        if [from, scene.middle(stretch), to].into_iter().all(|station| width(station) >= least) {
+            runs.push(SideRun { used: first, lanes: [last * side, end * side] });
+        }
+    }
+    runs
+}
+
+/// The nodes at the ends of all borders: for each the first end that it belongs to, and its place.
+fn meeting_ends(
+    scene: &Scene,
+    all_borders: &[Vec<(i64, i64)>],
+    lanes: &[StretchLanes],
+    contacts: &[Contact],
+    notes: &mut Vec<Finding>,
+) -> BTreeMap<BorderEnd, (BorderEnd, Place)> {
+    let mut nodes = Nodes::default();
+    for (stretch, borders) in all_borders.iter().enumerate() {
+        let inside = scene.road(stretch).junction.is_some();
+        for far in [false, true] {
+            let at: Vec<(i64, Place, f64)> = borders
+                .iter()
+                .map(|&(border, _)| {
+                    let (place, offset) = scene.border_at(stretch, far, border);
+                    (border, place, offset)
+                })
+                .collect();
+            for (border, place, _) in &at {
+                nodes.add((stretch, far, *border), *place, inside);
+            }
+            for pair in at.windows(2).filter(|pair| (pair[0].2 - pair[1].2).abs() < PINCHED) {
+                nodes.pinch((stretch, far, pair[0].0), (stretch, far, pair[1].0));
+            }
+            for (border, stands) in borders.iter().filter(|(border, stands)| border != stands) {
+                nodes.pinch((stretch, far, *border), (stretch, far, *stands));
+            }
+        }
+    }
+    let driven = |end: LaneEnd| lanes[end.stretch].driven.iter().any(|(lane, _)| lane.id == end.lane);
+    for gap in nodes.join(contacts, driven) {
+        let [a, b] = gap.contact.ends.map(|end| format!("lane {} of road {}", end.lane, scene.road(end.stretch).id));
+        let done = if gap.joined { "they are joined all the same" } else { "they are not joined" };
+        let message = format!("{a} and {b} are linked but end {:.2} m from each other: {done}", gap.distance);
+        notes.push(note("opendrive-gap", gap.contact.line, message).graded(Severity::Warning));
+    }
+    nodes.places()
+}
+
+/// Finds which lanes follow which.
+fn follow(drawn: &mut Drawn, contacts: &[Contact]) {
+    drawn.next = vec![Vec::new(); drawn.lanes.len()];
+    drawn.back = drawn.next.clone();
+    for contact in contacts {
+        for [a, b] in [contact.ends, [contact.ends[1], contact.ends[0]]] {
+            let leaving = drawn.of_lane.get(&(a.stretch, a.lane, if a.far { 1 } else { -1 }));
+            let entering = drawn.of_lane.get(&(b.stretch, b.lane, if b.far { -1 } else { 1 }));
+            let (Some(&from), Some(&to)) = (leaving, entering) else { continue };
+            if drawn.lanes[from].nodes[1] == drawn.lanes[to].nodes[0] {
+                drawn.next[from].push(to);
+                drawn.back[to].push(from);
+            }
+        }
+    }
+    for list in drawn.next.iter_mut().chain(&mut drawn.back) {
+        list.sort_unstable();
+        list.dedup();
+    }
+}

@@ -1,0 +1,271 @@
+//! Lights, signs and stop lines as elements of the map, hung on the lanelets that they control.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::builder::control::stop_line::{PAINTED_LINE, SIGN_LINE, stop_line};
+use crate::builder::control::vehicle_signals::{bulbs_of, light_element};
+use crate::builder::ids::Key;
+use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::approach_control::Control;
+use crate::diagnostic::{Finding, Severity};
+use crate::geometry::{Point, Vector, left_of};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
+use crate::osm::Text;
+
+use super::lines::point;
+use super::nodes::sides;
+use super::scene::{Drawn, Scene, note};
+use super::signal_use::SignalUse;
+use super::signals::{Approach, Furniture, Placed, approaches};
+
+/// Width and height of a light whose size is not said, metres.
+const BODY: [f64; 2] = [0.4, 1.2];
+/// Width and height of a light for people on foot, metres.
+const WALK_BODY: [f64; 2] = [0.3, 0.8];
+/// Width of a sign, metres.
+const SIGN: f64 = 0.6;
+/// A stop line of the file that lies so near to the end of its lane, metres, is the lane's end.
+const AT_END: f64 = 0.5;
+
+/// Draws what signals say.
+pub struct Drawing<'a> {
+    /// The file.
+    pub scene: &'a Scene<'a>,
+    /// Its lanelets.
+    pub drawn: &'a Drawn,
+    /// Its signals.
+    pub furniture: &'a Furniture<'a>,
+    /// Stop lines, by the lane before.
+    lines: BTreeMap<usize, LineStringId>,
+    /// What could not be drawn as it should.
+    pub notes: Vec<Finding>,
+}
+
+impl<'a> Drawing<'a> {
+    /// Nothing is drawn yet.
+    pub fn new(scene: &'a Scene<'a>, drawn: &'a Drawn, furniture: &'a Furniture<'a>) -> Self {
+        Self { scene, drawn, furniture, lines: BTreeMap::new(), notes: Vec::new() }
+    }
+
+    /// Draws lights, signs and stop lines. `in_area` tells which lanelets lie in an intersection area.
+    pub fn draw(&mut self, assembly: &mut MapBuilder, in_area: impl Fn(usize) -> bool) {
+        let furniture = self.furniture;
+        for placed in &furniture.signals {
+            match placed.used {
+                SignalUse::VehicleLight => self.light(assembly, placed),
+                SignalUse::Stop => self.sign(assembly, placed, "stop_sign"),
+                SignalUse::GiveWay => self.sign(assembly, placed, "give_way"),
+                SignalUse::Speed(limit) => self.speed(assembly, placed, limit),
+                SignalUse::WalkLight | SignalUse::StopLine | SignalUse::Other => {}
+            }
+        }
+        // All other approaches: vehicles stop there only for others.
+        for lane in 0..self.drawn.lanes.len() {
+            let behind: Vec<usize> = self.drawn.next[lane].iter().copied().filter(|&next| in_area(next)).collect();
+            let has_line = self.furniture.stops.contains_key(&lane);
+            if in_area(lane) || behind.is_empty() && !has_line {
+                continue;
+            }
+            let control = self.furniture.control(&[&[lane][..], &behind].concat());
+            if matches!(control, Control::Signals | Control::Stop) && self.lines.contains_key(&lane) {
+                continue;
+            }
+            let carriers =
+                if behind.is_empty() { vec![self.drawn.lanes[lane].lanelet] } else { self.lanelets(&behind) };
+            let line = self.stop_line(assembly, lane, PAINTED_LINE);
+            let key = self.lane_key("marking", lane);
+            assembly.element(key, "road_marking", &[("refers", Target::LineString(line))], &carriers);
+        }
+    }
+
+    fn lanelets(&self, lanes: &[usize]) -> Vec<LaneletId> {
+        lanes.iter().map(|&lane| self.drawn.lanes[lane].lanelet).collect()
+    }
+
+    fn lane_key(&self, part: &str, lane: usize) -> Key {
+        Key::new("opendrive").word(part).number(self.drawn.lanes[lane].lanelet.0)
+    }
+
+    /// The stop line of a lane: where the file has it, else at the lane's end.
+    fn stop_line(&mut self, assembly: &mut MapBuilder, at: usize, subtype: &str) -> LineStringId {
+        if let Some(known) = self.lines.get(&at) {
+            return *known;
+        }
+        let lane = &self.drawn.lanes[at];
+        let key = self.lane_key("stop", at);
+        let [from, to] = self.scene.stretches[lane.stretch].span;
+        let end = if lane.direction > 0 { to } else { from };
+        let said = self.furniture.stops.get(&at).copied().filter(|station| (station - end).abs() > AT_END);
+        let nodes = match said {
+            None => lane.nodes[1],
+            Some(station) => {
+                let (road, section) = (self.scene.road(lane.stretch), self.scene.section(lane.stretch));
+                let [high, low] =
+                    sides(lane.lane).map(|border| road.place(station, section.offset(road, border, station)));
+                let [left, right] = if lane.direction > 0 { [high, low] } else { [low, high] };
+                [("left", left), ("right", right)]
+                    .map(|(name, place)| point(assembly, self.scene.plane, key.word(name), place))
+            }
+        };
+        let line = stop_line(assembly, key, nodes, subtype);
+        self.lines.insert(at, line);
+        line
+    }
+
+    /// The approaches of a signal; without a junction behind, its lanes themselves.
+    fn approaches(&self, placed: &Placed) -> Vec<Approach> {
+        let (between, near): (Vec<usize>, Vec<usize>) =
+            placed.lanes.iter().partition(|&&lane| placed.is_between(self.scene, self.drawn, lane));
+        let mut found = approaches(self.scene, self.drawn, &near);
+        let others = if found.is_empty() { near } else { Vec::new() };
+        for lane in between.into_iter().chain(others) {
+            // Lanes are split at lights; the part that begins there may be the one behind or the one before.
+            let before = self.drawn.back[lane].first().copied().filter(|_| self.drawn.lanes[lane].direction > 0);
+            found.push(match before {
+                Some(before) => Approach { lane: before, behind: vec![lane] },
+                None => Approach { lane, behind: self.drawn.next[lane].clone() },
+            });
+        }
+        found
+    }
+
+    /// Adds a light and the elements by which lanelets obey it.
+    fn light(&mut self, assembly: &mut MapBuilder, placed: &Placed) {
+        let approaches = self.approaches(placed);
+        let key = signal_key(self.scene, placed, "light");
+        let Some(heading) = self.heading(assembly, placed, &approaches) else {
+            let message = format!(
+                "light {} of road {} controls no lane",
+                placed.signal.id, self.scene.file.roads[placed.road].id
+            );
+            self.notes.push(note("opendrive-signal", placed.signal.line, message).graded(Severity::Warning));
+            return;
+        };
+        let size = [0, 1].map(|i| if placed.signal.size[i] > 0.0 { placed.signal.size[i] } else { BODY[i] });
+        let light = body(assembly, self.scene, placed, key, heading, size, &["green", "yellow", "red"]);
+        for approach in approaches {
+            let mut behind = self.lanelets(&approach.behind);
+            if behind.is_empty() {
+                behind.push(self.drawn.lanes[approach.lane].lanelet);
+            }
+            let line = self.stop_line(assembly, approach.lane, PAINTED_LINE);
+            light_element(assembly, key.number(line.0), light, line, &behind);
+        }
+    }
+
+    /// The direction in which drivers look who see a signal: that of the signal's face, turned toward them.
+    fn heading(&self, assembly: &MapBuilder, placed: &Placed, approaches: &[Approach]) -> Option<Vector> {
+        let lane = &self.drawn.lanes[approaches.first()?.lane];
+        let ends: Vec<Point> =
+            lane.bounds.iter().flat_map(|bound| assembly.bound_line(*bound).into_iter().rev().take(2)).collect();
+        let travel = match ends[..] {
+            [a, b, c, d] => ((a - b) + (c - d)).try_normalize(f64::EPSILON)?,
+            _ => return None,
+        };
+        let road = &self.scene.file.roads[placed.road];
+        let angle = self.scene.plane.angle(road.angle(placed.signal.at[0]) + placed.signal.turn);
+        let face = Vector::new(angle.cos(), angle.sin());
+        Some(match face.dot(&travel) {
+            along if along.abs() < 0.5 => travel,
+            along if along < 0.0 => -face,
+            _ => face,
+        })
+    }
+
+    /// Adds a sign and the element that announces it to the lanes before its stop line.
+    fn sign(&mut self, assembly: &mut MapBuilder, placed: &Placed, subtype: &str) {
+        let approaches = self.approaches(placed);
+        let Some(heading) = self.heading(assembly, placed, &approaches) else { return };
+        let key = signal_key(self.scene, placed, "sign");
+        let width = if placed.signal.size[0] > 0.0 { placed.signal.size[0] } else { SIGN };
+        let sign = edge(assembly, self.scene, placed, key, heading, width);
+        let sign = assembly.line(key, sign.to_vec(), Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]));
+        for approach in approaches {
+            let line = self.stop_line(assembly, approach.lane, SIGN_LINE);
+            let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
+            assembly.element(key.number(line.0), "traffic_sign", &members, &self.lanelets(&[approach.lane]));
+        }
+    }
+
+    /// Sets the limit of a sign on its lanes and those behind it on the same road, where the file says none.
+    fn speed(&mut self, assembly: &mut MapBuilder, placed: &Placed, limit: f64) {
+        for &lane in &placed.lanes {
+            let (mut at, mut seen) = (Some(lane), BTreeSet::new());
+            while let Some(here) = at.filter(|lane| seen.insert(*lane)) {
+                let lane = &self.drawn.lanes[here];
+                let (road, section) = (self.scene.road(lane.stretch), self.scene.section(lane.stretch));
+                let said =
+                    section.lane(lane.lane).and_then(|it| road.speed(section, it, self.scene.middle(lane.stretch)));
+                if said.is_none()
+                    && let Some(tags) = assembly.attributes_mut(lane.lanelet)
+                {
+                    tags.set("speed_limit", Text::from(limit.round().to_string()));
+                }
+                let own = self.scene.stretches[lane.stretch].road;
+                let goes_on = |next: &&usize| self.scene.stretches[self.drawn.lanes[**next].stretch].road == own;
+                at = self.drawn.next[here].iter().find(goes_on).copied();
+            }
+        }
+    }
+}
+
+/// The key of what a signal becomes.
+fn signal_key(scene: &Scene, placed: &Placed, part: &str) -> Key {
+    let road = &scene.file.roads[placed.road].id;
+    Key::new("opendrive").word(part).word(road).word(&placed.signal.id).number(placed.signal.line as i64)
+}
+
+/// The points of the lower edge of a signal, from left to right as drivers see it.
+fn edge(
+    assembly: &mut MapBuilder,
+    scene: &Scene,
+    placed: &Placed,
+    key: Key,
+    heading: Vector,
+    width: f64,
+) -> [PointId; 2] {
+    let road = &scene.file.roads[placed.road];
+    let (middle, height) = scene.plane.to_map(&[placed.signal.place(road)]).pop().unwrap_or_default();
+    let right = -left_of(heading);
+    [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
+        assembly.point_at(key.word(name), middle + right * (width * along), height, Attributes::new())
+    })
+}
+
+/// Adds the body of a light and its lamps, one above the other, or side by side where it is broader than high.
+pub fn body(
+    assembly: &mut MapBuilder,
+    scene: &Scene,
+    placed: &Placed,
+    key: Key,
+    heading: Vector,
+    [width, height]: [f64; 2],
+    colors: &[&str],
+) -> [LineStringId; 2] {
+    let ends = edge(assembly, scene, placed, key, heading, width);
+    let subtype = if colors.len() == 2 { "red_green" } else { "red_yellow_green" };
+    let mut tags = Attributes::of(&[("type", "traffic_light"), ("subtype", subtype)]);
+    tags.push("height", Text::from(format!("{height}")));
+    let light = assembly.named_line(key, ends.to_vec(), tags);
+    let [left, right] = ends.map(|end| assembly.position(end));
+    let road = &scene.file.roads[placed.road];
+    let (_, base) = scene.plane.to_map(&[placed.signal.place(road)]).pop().unwrap_or_default();
+    let count = colors.len() as f64;
+    let lamps = colors.iter().enumerate().map(|(i, &color)| {
+        let part = (i as f64 + 0.5) / count;
+        let (at, up) = if width > height {
+            (left + (right - left) * part, height / 2.0)
+        } else {
+            (nalgebra::center(&left, &right), height * part)
+        };
+        assembly.point_at(key.word(color), at, base + up, Attributes::of(&[("color", color)]))
+    });
+    let lamps: Vec<PointId> = lamps.collect();
+    let bulbs = assembly.line(key.word("bulbs"), lamps, bulbs_of(light));
+    [light, bulbs]
+}
+
+/// The size of a light for people on foot, metres.
+pub fn walk_size(said: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|i| if said[i] > 0.0 { said[i] } else { WALK_BODY[i] })
+}

@@ -1,0 +1,155 @@
+//! The nodes at the ends of borders: where the file links lanes, their borders end in the same nodes.
+
+use std::collections::BTreeMap;
+
+use crate::xodr::Place;
+
+use super::contacts::{Contact, LaneEnd};
+
+/// Ends of borders up to this far from each other, metres, are one place: its mean.
+pub const WELD: f64 = 0.05;
+/// Ends of borders of linked lanes farther apart than this, metres, stay apart: there is no way on.
+pub const FARTHEST: f64 = 1.5;
+
+/// The end of a border: index of the stretch, whether it is the end at the larger station, the border.
+pub type BorderEnd = (usize, bool, i64);
+
+/// Ends of borders, each with its node.
+#[derive(Default)]
+pub struct Nodes {
+    known: BTreeMap<BorderEnd, usize>,
+    ends: Vec<BorderEnd>,
+    places: Vec<Place>,
+    /// Whether an end lies in a junction: it yields to one that does not.
+    inside: Vec<bool>,
+    parent: Vec<usize>,
+}
+
+/// A contact whose lanes do not meet well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// The contact.
+    pub contact: Contact,
+    /// Metres.
+    pub distance: f64,
+    /// Whether the lanes were joined all the same.
+    pub joined: bool,
+}
+
+/// The borders of a lane, at the larger and at the smaller offset to the left.
+pub fn sides(lane: i64) -> [i64; 2] {
+    if lane > 0 { [lane, lane - 1] } else { [lane + 1, lane] }
+}
+
+fn distance(a: Place, b: Place) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+impl Nodes {
+    /// Adds the end of a border.
+    pub fn add(&mut self, end: BorderEnd, place: Place, inside: bool) {
+        self.known.insert(end, self.ends.len());
+        self.parent.push(self.ends.len());
+        self.ends.push(end);
+        self.places.push(place);
+        self.inside.push(inside);
+    }
+
+    fn root(&self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            at = self.parent[at];
+        }
+        at
+    }
+
+    fn unite(&mut self, a: usize, b: usize) {
+        let [a, b] = [self.root(a), self.root(b)];
+        self.parent[a.max(b)] = a.min(b);
+        // The path to the root stays short.
+    }
+
+    /// Makes two ends of borders of one stretch one node, where a lane has no width.
+    pub fn pinch(&mut self, a: BorderEnd, b: BorderEnd) {
+        if let (Some(&a), Some(&b)) = (self.known.get(&a), self.known.get(&b)) {
+            self.unite(a, b);
+        }
+    }
+
+    /// Joins the borders of lanes that meet; gives the contacts with a gap. `strict` lanes are joined only where they meet.
+    pub fn join(&mut self, contacts: &[Contact], driven: impl Fn(LaneEnd) -> bool) -> Vec<Gap> {
+        let mut gaps = Vec::new();
+        let mut far_apart = Vec::new();
+        for contact in contacts {
+            let Some(pairs) = self.pairs(contact) else { continue };
+            let apart = pairs.map(|[a, b]| distance(self.places[a], self.places[b]));
+            let most = apart[0].max(apart[1]);
+            if most <= WELD {
+                pairs.into_iter().for_each(|[a, b]| self.unite(a, b));
+            } else if contact.ends.into_iter().all(&driven) {
+                far_apart.push((*contact, pairs, most));
+            } else {
+                for ([a, b], _) in pairs.into_iter().zip(apart).filter(|(_, apart)| *apart <= WELD) {
+                    self.unite(a, b);
+                }
+            }
+        }
+        // The nearer ones first: none of them may pull a lane's own borders together.
+        far_apart.sort_by(|a, b| a.2.total_cmp(&b.2).then(a.0.cmp(&b.0)));
+        for (contact, pairs, distance) in far_apart {
+            let roots = pairs.map(|pair| pair.map(|at| self.root(at)));
+            let [[a, b], [c, d]] = roots;
+            let collapses = (a == c) != (b == d) || a == d || b == c;
+            let joined = distance <= FARTHEST && !collapses;
+            if joined {
+                pairs.into_iter().for_each(|[a, b]| self.unite(a, b));
+            }
+            gaps.push(Gap { contact, distance, joined });
+        }
+        gaps
+    }
+
+    /// The ends of borders that a contact joins.
+    fn pairs(&self, contact: &Contact) -> Option<[[usize; 2]; 2]> {
+        let [a, b] = contact
+            .ends
+            .map(|end| sides(end.lane).map(|border| self.known.get(&(end.stretch, end.far, border)).copied()));
+        let [[Some(a_high), Some(a_low)], [Some(b_high), Some(b_low)]] = [a, b] else { return None };
+        // Where the roads run against each other, left and right change sides.
+        let against = contact.ends[0].far == contact.ends[1].far;
+        Some(if against { [[a_high, b_low], [a_low, b_high]] } else { [[a_high, b_high], [a_low, b_low]] })
+    }
+
+    /// For each end of a border the first end of its node and the node's place: the mean of ends that lie together, else where the
+    /// roads outside junctions have it.
+    pub fn places(&self) -> BTreeMap<BorderEnd, (BorderEnd, Place)> {
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for at in 0..self.ends.len() {
+            members.entry(self.root(at)).or_default().push(at);
+        }
+        let mut all = BTreeMap::new();
+        for members in members.values() {
+            let first = members.iter().copied().map(|at| self.ends[at]).min().unwrap_or_default();
+            let place = self.meeting(members);
+            all.extend(members.iter().map(|&at| (self.ends[at], (first, place))));
+        }
+        all
+    }
+
+    fn meeting(&self, members: &[usize]) -> Place {
+        let at = |member: usize| self.places[member];
+        let together = members.iter().all(|&a| distance(at(a), at(members[0])) <= WELD);
+        let outside: Vec<usize> = members.iter().copied().filter(|&member| !self.inside[member]).collect();
+        let counted = match (together, outside.first()) {
+            (true, _) => members.to_vec(),
+            (false, Some(&first)) => {
+                outside.iter().copied().filter(|&other| distance(at(other), at(first)) <= WELD).collect()
+            }
+            (false, None) => vec![members[0]],
+        };
+        let mut sum = [0.0; 3];
+        for &member in &counted {
+            sum.iter_mut().zip(at(member)).for_each(|(sum, value)| *sum += value);
+        }
+        sum.map(|sum| sum / counted.len() as f64)
+    }
+}

@@ -1,0 +1,72 @@
+//! The places of a border, so dense that the straight pieces between them lie within a chord error of the curve itself.
+
+use crate::xodr::{Place, Road, Section};
+
+/// The largest distance of the curve from its chord, metres: the requirement is 1 cm, of which the joints need a part.
+const CHORD: f64 = 0.006;
+/// The longest chord, metres.
+const LONGEST: f64 = 40.0;
+/// A piece of this length, metres, is divided no more.
+const SHORTEST: f64 = 0.02;
+
+/// The places of the outer border of a lane, 0 for the centre lane, from one station to another, both included. `sections` are the
+/// sections between, in order.
+pub fn border(road: &Road, sections: &[&Section], border: i64, [from, to]: [f64; 2]) -> Vec<Place> {
+    let at = |station: f64| {
+        // Of two sections that meet, the one before counts at the end of the border, the one behind elsewhere.
+        let behind = |section: &&&Section| section.span[0] <= station && (station < to || section.span[0] < to);
+        let section = sections.iter().rev().find(behind).or(sections.first());
+        section.map_or([0.0; 3], |section| road.place(station, section.offset(road, border, station)))
+    };
+    let mut stations = knots(road, sections, [from, to]);
+    stations.push(to);
+    let mut line = vec![at(from)];
+    let mut begin = from;
+    for end in stations {
+        divide(&at, [begin, end], &mut line);
+        line.push(at(end));
+        begin = end;
+    }
+    line
+}
+
+/// Stations strictly between two others at which the curve may bend.
+fn knots(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64> {
+    let mut all: Vec<f64> = road.plan.records().iter().map(|record| record.start).collect();
+    all.extend(road.elevation.starts().chain(road.superelevation.starts()).chain(road.lane_offset.starts()));
+    for section in sections {
+        all.push(section.span[0]);
+        let starts = section.lanes.iter().flat_map(|lane| lane.widths.starts().chain(lane.borders.starts()));
+        all.extend(starts.map(|start| section.span[0] + start));
+    }
+    all.retain(|station| *station > from + SHORTEST && *station < to - SHORTEST);
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|b, a| *b - *a < SHORTEST);
+    all
+}
+
+/// Adds the places strictly between two stations that the curve needs.
+fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<Place>) {
+    let mut open = vec![span];
+    while let Some([from, to]) = open.pop() {
+        let [a, b] = [from, to].map(at);
+        let length = to - from;
+        let bends = || [0.25, 0.5, 0.75].into_iter().any(|part| off(at(from + length * part), a, b) > CHORD);
+        if length > SHORTEST && (length > LONGEST || bends()) {
+            let middle = from + length / 2.0;
+            open.push([middle, to]);
+            open.push([from, middle]);
+        } else if to < span[1] {
+            line.push(b);
+        }
+    }
+}
+
+/// How far a place lies from a chord, metres: across in the plane, or in height.
+fn off(p: Place, a: Place, b: Place) -> f64 {
+    let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    let square = (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
+    let along = (((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square).clamp(0.0, 1.0);
+    let across = (p[0] - a[0] - dx * along).hypot(p[1] - a[1] - dy * along);
+    across.max((p[2] - a[2] - (b[2] - a[2]) * along).abs())
+}

@@ -1,0 +1,229 @@
+//! Which lanes signals and stop lines of the file speak to, and what controls the approaches of junctions.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::builder::network::approach_control::Control;
+use crate::xodr::{Object, Road, Signal, Validity};
+
+use super::scene::{Drawn, Scene};
+use super::signal_use::{SignalUse, is_between, is_stop_line, use_of};
+
+/// From a signal to the junction whose lanelets it controls, metres at most.
+const REACH: f64 = 120.0;
+
+/// A signal, and the lanes that it speaks to.
+#[derive(Clone, Debug)]
+pub struct Placed<'a> {
+    /// The signal.
+    pub signal: &'a Signal,
+    /// Index of its road.
+    pub road: usize,
+    /// What it is for.
+    pub used: SignalUse,
+    /// Lanelets, by index.
+    pub lanes: Vec<usize>,
+}
+
+impl Placed<'_> {
+    /// Whether it is a light that stands on a lane between intersections.
+    pub fn is_between(&self, scene: &Scene, drawn: &Drawn, lane: usize) -> bool {
+        let lane = &drawn.lanes[lane];
+        let own = scene.stretches[lane.stretch].road == self.road;
+        let between = || is_between(scene.road(lane.stretch), self.signal.at[0], lane.direction);
+        own && self.used == SignalUse::VehicleLight && between()
+    }
+}
+
+/// A stop line of the file over one lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneStop {
+    /// The lanelet.
+    pub lane: usize,
+    /// Where the line crosses it, metres along the road.
+    pub station: f64,
+}
+
+/// An approach of a junction: the last lane before it, and the lanes behind its end for which a signal counts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Approach {
+    /// The lanelet before.
+    pub lane: usize,
+    /// The lanelets behind.
+    pub behind: Vec<usize>,
+}
+
+/// All that signals and lines say.
+#[derive(Default)]
+pub struct Furniture<'a> {
+    /// In order of the file.
+    pub signals: Vec<Placed<'a>>,
+    /// By lane.
+    pub stops: BTreeMap<usize, f64>,
+    /// What controls each lane: approaches, and lanes of junctions.
+    controls: BTreeMap<usize, Control>,
+}
+
+impl Furniture<'_> {
+    /// What controls an approach, by its lanes and those behind: lights, else a stop sign, else a give-way sign.
+    pub fn control(&self, lanes: &[usize]) -> Control {
+        let found: Vec<Control> = lanes.iter().filter_map(|lane| self.controls.get(lane).copied()).collect();
+        let order = [Control::Signals, Control::Stop, Control::GiveWay];
+        order.into_iter().find(|control| found.contains(control)).unwrap_or(Control::None)
+    }
+}
+
+/// Finds the lanes of all signals and stop lines.
+pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
+    let mut all = Furniture::default();
+    let mut references: BTreeMap<&str, Vec<(usize, f64, &Validity)>> = BTreeMap::new();
+    for (index, road) in scene.file.roads.iter().enumerate() {
+        for it in &road.references {
+            references.entry(it.id.as_str()).or_default().push((index, it.at[0], &it.validity));
+        }
+    }
+    for (index, road) in scene.file.roads.iter().enumerate() {
+        for signal in &road.signals {
+            let mut lanes = spoken_to(scene, drawn, index, signal.at[0], &signal.validity);
+            for (other, station, validity) in references.get(signal.id.as_str()).into_iter().flatten() {
+                lanes.extend(spoken_to(scene, drawn, *other, *station, validity));
+            }
+            lanes.sort_unstable();
+            lanes.dedup();
+            all.signals.push(Placed { signal, road: index, used: use_of(signal), lanes });
+        }
+        for object in road.objects.iter().filter(|object| is_stop_line(&object.words())) {
+            for lane in under(scene, drawn, index, object) {
+                let station = middle(road, object);
+                stop(scene, drawn, &mut all.stops, LaneStop { lane, station });
+            }
+        }
+    }
+    let lines: Vec<LaneStop> = all
+        .signals
+        .iter()
+        .filter(|it| it.used == SignalUse::StopLine)
+        .flat_map(|it| {
+            let own = |lane: &&usize| scene.stretches[drawn.lanes[**lane].stretch].road == it.road;
+            it.lanes.iter().filter(own).map(|&lane| LaneStop { lane, station: it.signal.at[0] }).collect::<Vec<_>>()
+        })
+        .collect();
+    for line in lines {
+        stop(scene, drawn, &mut all.stops, line);
+    }
+    for it in &all.signals {
+        let control = match it.used {
+            SignalUse::VehicleLight => Control::Signals,
+            SignalUse::Stop => Control::Stop,
+            SignalUse::GiveWay => Control::GiveWay,
+            _ => continue,
+        };
+        let near: Vec<usize> = it.lanes.iter().copied().filter(|&lane| !it.is_between(scene, drawn, lane)).collect();
+        for approach in approaches(scene, drawn, &near) {
+            // A light on one connecting lane does not rule the others that leave the same lane.
+            let lanes = if it.lanes.contains(&approach.lane) { vec![approach.lane] } else { approach.behind };
+            for lane in lanes {
+                let known = all.controls.entry(lane).or_insert(control);
+                if control == Control::Signals || (control == Control::Stop && *known == Control::GiveWay) {
+                    *known = control;
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Keeps the stop line of a lane that lies nearest to its end.
+fn stop(scene: &Scene, drawn: &Drawn, stops: &mut BTreeMap<usize, f64>, line: LaneStop) {
+    let lane = &drawn.lanes[line.lane];
+    let [from, to] = scene.stretches[lane.stretch].span;
+    let station = line.station.clamp(from, to);
+    let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
+    let known = stops.entry(line.lane).or_insert(station);
+    if ahead(station) > ahead(*known) {
+        *known = station;
+    }
+}
+
+/// The lanelets at a station of a road for which something counts.
+fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
+    let Some(stretch) = stretch_at(scene, road, station) else { return Vec::new() };
+    let here = drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven());
+    let named: Vec<(usize, i8)> =
+        here.filter(|(_, lane)| validity.names(lane.lane)).map(|(at, lane)| (at, lane.direction)).collect();
+    let faces = |direction: i8| validity.facing == 0 || validity.facing == direction;
+    let facing: Vec<usize> = named.iter().filter(|(_, direction)| faces(*direction)).map(|(at, _)| *at).collect();
+    // Some exporters name lanes of the other direction than the one they state: the lanes count.
+    if facing.is_empty() && !validity.lanes.is_empty() { named.into_iter().map(|(at, _)| at).collect() } else { facing }
+}
+
+/// The stretch of a road in which a station lies, by its index among all.
+pub fn stretch_at(scene: &Scene, road: usize, station: f64) -> Option<usize> {
+    let stretches = &scene.cut[road].stretches;
+    let at = stretches.iter().rposition(|stretch| stretch.span[0] <= station + 1e-9).unwrap_or(0);
+    (!stretches.is_empty()).then_some(scene.first[road] + at)
+}
+
+/// The station of the middle of a line, metres.
+fn middle(road: &Road, object: &Object) -> f64 {
+    let Some(ring) = object.ring(road) else { return object.at[0] };
+    // Against the reference line there: lines are short.
+    let at = road.plan.at(object.at[0]);
+    let count = ring.len().max(1) as f64;
+    let along: f64 =
+        ring.iter().map(|[x, y, _]| (x - at.point.x) * at.angle.cos() + (y - at.point.y) * at.angle.sin()).sum();
+    object.at[0] + along / count
+}
+
+/// The lanelets over which a line leads; those that it faces, where it says so.
+fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usize> {
+    let road = &scene.file.roads[index];
+    let station = middle(road, object).clamp(0.0, road.length);
+    let lanes = spoken_to(scene, drawn, index, station, &object.validity);
+    let Some(ring) = object.ring(road) else { return lanes };
+    let at = road.plan.at(object.at[0]);
+    let across = ring.iter().map(|[x, y, _]| (y - at.point.y) * at.angle.cos() - (x - at.point.x) * at.angle.sin());
+    let [low, high] = across.fold([f64::MAX, f64::MIN], |[low, high], t| [low.min(t), high.max(t)]);
+    let covers = |lane: &usize| {
+        let lane = &drawn.lanes[*lane];
+        let section = scene.section(lane.stretch);
+        let sides = super::nodes::sides(lane.lane).map(|border| section.offset(road, border, station));
+        (low..=high).contains(&f64::midpoint(sides[0], sides[1]))
+    };
+    lanes.into_iter().filter(covers).collect()
+}
+
+/// The approaches of junctions to which lanes lead, with the lanes behind for which a signal on those lanes counts.
+pub fn approaches(scene: &Scene, drawn: &Drawn, lanes: &[usize]) -> Vec<Approach> {
+    let inside = |lane: usize| scene.connecting[scene.stretches[drawn.lanes[lane].stretch].road];
+    let mut found: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    for &lane in lanes {
+        if inside(lane) {
+            let mut at = lane;
+            let mut seen = BTreeSet::from([lane]);
+            while let Some(&before) = drawn.back[at].first().filter(|before| inside(**before) && seen.insert(**before))
+            {
+                at = before;
+            }
+            for &before in drawn.back[at].iter().filter(|before| !inside(**before)) {
+                found.entry(before).or_default().insert(at);
+            }
+            continue;
+        }
+        let (mut at, mut gone) = (lane, 0.0);
+        loop {
+            let next = &drawn.next[at];
+            if next.iter().any(|&next| inside(next)) {
+                found.entry(at).or_default().extend(next.iter().copied().filter(|&next| inside(next)));
+                break;
+            }
+            let [only] = next[..] else { break };
+            let [from, to] = scene.stretches[drawn.lanes[only].stretch].span;
+            gone += to - from;
+            if gone > REACH {
+                break;
+            }
+            at = only;
+        }
+    }
+    found.into_iter().map(|(lane, behind)| Approach { lane, behind: behind.into_iter().collect() }).collect()
+}

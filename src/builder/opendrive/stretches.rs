@@ -1,0 +1,169 @@
+//! Roads cut into stretches: along each, the same lanes run from its begin to its end, and nothing of them changes.
+
+use std::ops::Range;
+
+use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
+
+use super::signal_use::lights_between;
+
+/// Sections shorter than this, metres, are dissolved: exporters leave some of a micrometre.
+const MICRO: f64 = 0.1;
+/// Paint and speed limits that change closer than this, metres, to another change are those of the stretch before.
+const SHORTEST: f64 = 2.0;
+
+/// A part of a road along which nothing changes.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    /// Index of the road.
+    pub road: usize,
+    /// The stations between which it lies, metres.
+    pub span: [f64; 2],
+    /// Its sections, by index in `kept`; all have the same lanes.
+    pub sections: Range<usize>,
+    /// The first of its sections, as the file counts them.
+    pub first_section: usize,
+    /// Which of the stretches that begin in that section it is.
+    pub part: usize,
+}
+
+/// A road cut up.
+#[derive(Clone, Debug, Default)]
+pub struct CutRoad {
+    /// The sections that are long enough, by their index in the road.
+    pub kept: Vec<usize>,
+    /// For each pair of kept sections that follow each other, the lanes that lead on.
+    pub links: Vec<Vec<[i64; 2]>>,
+    /// In order along the road.
+    pub stretches: Vec<Stretch>,
+}
+
+/// Cuts a road.
+pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
+    let Some(road) = file.roads.get(index) else { return CutRoad::default() };
+    let kept = kept(road);
+    let links: Vec<Vec<[i64; 2]>> = kept.windows(2).map(|pair| linked(road, pair[0], pair[1])).collect();
+    let mut cut = CutRoad { kept, links, stretches: Vec::new() };
+    let Some(&first) = cut.kept.first() else { return cut };
+    let start_of = |at: usize| if at == 0 { 0.0 } else { road.sections[cut.kept[at]].span[0] };
+    // Where lanes change, a stretch must end; elsewhere, it ends where paint or speed changes, if that is far enough from other ends.
+    let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at)).collect();
+    let mut stations: Vec<f64> = std::iter::once(0.0).chain(hard.iter().map(|&at| start_of(at))).collect();
+    stations.push(road.length);
+    if !connecting {
+        for change in changes(road, &cut.kept) {
+            if stations.iter().all(|station| (station - change).abs() >= SHORTEST) {
+                stations.push(change);
+            }
+        }
+        stations.sort_by(f64::total_cmp);
+    }
+    let mut counted = (first, 0);
+    for pair in stations.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        if to <= from {
+            continue;
+        }
+        let begin = cut.kept.len() - 1 - (0..cut.kept.len()).rev().position(|at| start_of(at) <= from).unwrap_or(0);
+        let end = (begin + 1..cut.kept.len()).find(|&at| start_of(at) >= to).unwrap_or(cut.kept.len());
+        let first_section = cut.kept[begin];
+        counted = if counted.0 == first_section { (first_section, counted.1 + 1) } else { (first_section, 1) };
+        let part = counted.1 - 1;
+        cut.stretches.push(Stretch { road: index, span: [from, to], sections: begin..end, first_section, part });
+    }
+    cut
+}
+
+/// The sections that are no micro sections; of a road of which all are, the longest.
+fn kept(road: &Road) -> Vec<usize> {
+    let kept: Vec<usize> = (0..road.sections.len()).filter(|&i| road.sections[i].length() >= MICRO).collect();
+    if !kept.is_empty() || road.length <= 0.0 {
+        return kept;
+    }
+    let longest =
+        (0..road.sections.len()).max_by(|&a, &b| road.sections[a].length().total_cmp(&road.sections[b].length()));
+    longest.into_iter().collect()
+}
+
+/// The lanes of a section that lead on to those of a later one, over the micro sections between.
+fn linked(road: &Road, from: usize, to: usize) -> Vec<[i64; 2]> {
+    let mut pairs: Vec<[i64; 2]> = road.sections[from].lanes.iter().map(|lane| [lane.id; 2]).collect();
+    for at in from..to {
+        let step = steps(&road.sections[at], &road.sections[at + 1]);
+        pairs =
+            pairs.iter().flat_map(|[a, b]| step.iter().filter(move |s| s[0] == *b).map(move |s| [*a, s[1]])).collect();
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// The lanes of a section that lead on to those of the next one, by the links of either.
+fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
+    let ahead = before.lanes.iter().flat_map(|lane| lane.links[1].iter().map(|next| [lane.id, *next]));
+    let back = after.lanes.iter().flat_map(|lane| lane.links[0].iter().map(|last| [*last, lane.id]));
+    let exist = |[a, b]: &[i64; 2]| before.lane(*a).is_some() && after.lane(*b).is_some();
+    let mut all: Vec<[i64; 2]> = ahead.chain(back).filter(exist).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Whether all lanes lead from the kept section before to this one and are of one kind in both.
+fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
+    let [before, after] = [at - 1, at].map(|at| &road.sections[cut.kept[at]]);
+    let same = |(a, b): (&Lane, &Lane)| {
+        a.id == b.id
+            && a.kind == b.kind
+            && (a.reversed, a.both_ways) == (b.reversed, b.both_ways)
+            && a.access == b.access
+    };
+    before.lanes.len() == after.lanes.len()
+        && before.lanes.iter().zip(&after.lanes).all(same)
+        && cut.links[at - 1].iter().all(|[a, b]| a == b)
+        && before.lanes.iter().all(|lane| cut.links[at - 1].contains(&[lane.id; 2]))
+        && before.lanes.iter().all(|lane| {
+            let station = after.span[0];
+            let widths = [before, after].map(|section| section.width(road, lane.id, station));
+            (widths[0] - widths[1]).abs() < 0.05 && widths[1] > 0.05
+        })
+}
+
+/// The stations at which the paint or the speed limit of a lane changes.
+fn changes(road: &Road, kept: &[usize]) -> Vec<f64> {
+    let mut found: Vec<f64> = road.speeds.iter().map(|(station, _)| *station).chain(lights_between(road)).collect();
+    for (&i, next) in kept.iter().zip(kept.iter().skip(1).map(Some).chain([None])) {
+        let section = &road.sections[i];
+        let own = |marks: &[RoadMark]| {
+            marks.windows(2).filter(|p| !alike(Some(&p[0]), Some(&p[1]))).map(|p| p[1].start).collect::<Vec<_>>()
+        };
+        let lanes = section.lanes.iter();
+        let inside = lanes.flat_map(|lane| own(&lane.marks).into_iter().chain(lane.speeds.iter().map(|speed| speed.0)));
+        let inside = inside.chain(own(&section.centre_marks));
+        found.extend(inside.filter(|start| *start > 0.0).map(|start| section.span[0] + start));
+        let Some(&next) = next else { continue };
+        let after = &road.sections[next];
+        let borders = section.lanes.iter().map(|lane| lane.id).chain([0]);
+        let station = after.span[0];
+        let repainted = borders
+            .into_iter()
+            .any(|border| !alike(section.mark(border, section.span[1]), after.mark(border, station)));
+        let limits = |section: &Section, lane: &Lane, station| road.speed(section, lane, station);
+        let limited = section.lanes.iter().any(|lane| {
+            let other = after.lane(lane.id);
+            other.is_some_and(|other| limits(section, lane, section.span[1] - 1e-6) != limits(after, other, station))
+        });
+        if repainted || limited {
+            found.push(station);
+        }
+    }
+    found.sort_by(f64::total_cmp);
+    found.dedup();
+    found.retain(|station| *station > 0.0 && *station < road.length);
+    found
+}
+
+fn alike(a: Option<&RoadMark>, b: Option<&RoadMark>) -> bool {
+    let word =
+        |mark: Option<&RoadMark>| mark.map(|mark| (mark.kind.clone(), mark.color.clone(), mark.lane_change.clone()));
+    word(a) == word(b)
+}

@@ -1,0 +1,152 @@
+//! Where on earth a file lies: the words of its `geoReference` as far as maps need them.
+
+/// The plane of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Georeference {
+    /// A transverse Mercator: origin (degrees), scale, and what is added there (metres).
+    TransverseMercator {
+        /// Degrees.
+        lat: f64,
+        /// Degrees.
+        lon: f64,
+        /// Scale on the central meridian.
+        scale: f64,
+        /// False easting and northing, metres.
+        shift: [f64; 2],
+    },
+    /// A zone of UTM, 1 to 60.
+    Utm {
+        /// 1 to 60.
+        zone: u8,
+        /// Whether northings are counted from the south.
+        south: bool,
+    },
+}
+
+/// What a file says of its plane.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plane {
+    /// Its plane, if it is known.
+    pub georeference: Option<Georeference>,
+    /// Whether heights are above a geoid.
+    pub on_geoid: bool,
+    /// What was guessed, or why the words are of no use, one sentence.
+    pub note: Option<String>,
+}
+
+/// The metres that UTM adds: east, and north in the south.
+const UTM_SCALE: f64 = 0.9996;
+
+/// Reads the words of a `geoReference`.
+pub fn georeference(words: &str) -> Plane {
+    let mut plane = Plane { on_geoid: words.contains("+geoidgrids"), ..Plane::default() };
+    let words = words.trim();
+    if words.is_empty() {
+        return plane;
+    }
+    if let Some(code) = epsg(words) {
+        plane.georeference = utm_of(code);
+        if plane.georeference.is_none() {
+            plane.note =
+                Some(format!("the georeference EPSG:{code} is not one of UTM, so the map has no place on earth"));
+        }
+        return plane;
+    }
+    let value = |key: &str| {
+        let part =
+            words.split_whitespace().find_map(|part| part.strip_prefix('+')?.split_once('=').filter(|p| p.0 == key));
+        part.map(|(_, value)| value)
+    };
+    let number = |key: &str| value(key).and_then(|value| value.parse::<f64>().ok()).filter(|number| number.is_finite());
+    let has = |key: &str| words.split_whitespace().any(|part| part == key);
+    let mercator = || {
+        let (lat, lon) = (number("lat_0").unwrap_or(0.0), number("lon_0")?);
+        let scale = number("k").or_else(|| number("k_0")).unwrap_or(1.0);
+        let shift = [number("x_0").unwrap_or(0.0), number("y_0").unwrap_or(0.0)];
+        let on_earth = (-90.0..=90.0).contains(&lat) && (-180.0..=180.0).contains(&lon) && scale > 0.0;
+        on_earth.then_some(Georeference::TransverseMercator { lat, lon, scale, shift })
+    };
+    match value("proj") {
+        Some("tmerc" | "etmerc") => plane.georeference = mercator(),
+        Some("utm") => {
+            let zone = number("zone").filter(|zone| (1.0..=60.0).contains(zone)).map(|zone| zone as u8);
+            let guessed = number("lon_0").map(|lon| (((lon + 180.0) / 6.0).floor().rem_euclid(60.0)) as u8 + 1);
+            if zone.is_none() {
+                plane.note =
+                    guessed.map(|zone| format!("the georeference is UTM without a zone: zone {zone} by its lon_0"));
+            }
+            let utm = |zone| Georeference::Utm { zone, south: has("+south") };
+            plane.georeference = zone.or(guessed).map(utm);
+        }
+        None if number("lat_0").is_some() => {
+            plane.georeference = mercator();
+            plane.note =
+                Some("the georeference names no projection: a transverse Mercator at its lat_0 and lon_0".into());
+        }
+        _ => {}
+    }
+    if plane.georeference.is_none() {
+        let shown: String = words.chars().take(80).collect();
+        plane.note =
+            Some(format!("the georeference `{shown}` is none of tmerc and UTM, so the map has no place on earth"));
+    }
+    plane
+}
+
+fn epsg(words: &str) -> Option<u32> {
+    let lower = words.to_ascii_lowercase();
+    let code = lower.strip_prefix("epsg:").or_else(|| lower.split("+init=epsg:").nth(1))?;
+    code.split_whitespace().next()?.parse().ok()
+}
+
+/// The zones of UTM on WGS 84 and ETRS89.
+fn utm_of(code: u32) -> Option<Georeference> {
+    let utm = |zone: u32, south| Georeference::Utm { zone: zone as u8, south };
+    match code {
+        32601..=32660 => Some(utm(code - 32600, false)),
+        32701..=32760 => Some(utm(code - 32700, true)),
+        25828..=25838 => Some(utm(code - 25800, false)),
+        _ => None,
+    }
+}
+
+impl Georeference {
+    /// The scale on the central meridian.
+    pub fn scale(&self) -> f64 {
+        match self {
+            Self::TransverseMercator { scale, .. } => *scale,
+            Self::Utm { .. } => UTM_SCALE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_real_files() {
+        let tmerc = "+proj=tmerc +lat_0=37.4 +lon_0=-122.1 +k=1 +x_0=5 +y_0=0 +datum=WGS84 +geoidgrids=egm96_15.gtx";
+        let plane = georeference(tmerc);
+        let expected = Georeference::TransverseMercator { lat: 37.4, lon: -122.1, scale: 1.0, shift: [5.0, 0.0] };
+        assert_eq!((plane.georeference, plane.on_geoid, plane.note), (Some(expected), true, None));
+        assert_eq!(georeference("epsg:25833").georeference, Some(Georeference::Utm { zone: 33, south: false }));
+        let utm = georeference("+proj=utm +zone=32 +ellps=GRS80 +units=m +no_defs");
+        assert_eq!(utm.georeference, Some(Georeference::Utm { zone: 32, south: false }));
+    }
+
+    #[test]
+    fn what_is_guessed_is_told() {
+        let carla = georeference("+lat_0=4.9000000000000000e+1 +lon_0=8.0e+0");
+        assert!(matches!(carla.georeference, Some(Georeference::TransverseMercator { lat: 49.0, lon: 8.0, .. })));
+        assert!(carla.note.is_some());
+        let zoneless = georeference("+proj=utm +lat_0=37.35 +lon_0=-122.08 +k_0=1");
+        assert_eq!(zoneless.georeference, Some(Georeference::Utm { zone: 10, south: false }));
+        assert!(zoneless.note.is_some());
+        for useless in ["+proj=merc +lon_0=3", "epsg:4326", "nonsense"] {
+            let plane = georeference(useless);
+            assert!(plane.georeference.is_none() && plane.note.is_some(), "{useless}");
+        }
+        assert_eq!(georeference("  "), Plane::default());
+    }
+}
