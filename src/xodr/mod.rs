@@ -14,6 +14,7 @@ mod road;
 #[cfg(test)]
 mod tests;
 
+pub use cubic::{Cubic, Cubics};
 pub use error::{Oddity, XodrError};
 pub use furniture::{Object, Signal, SignalReference, Validity};
 pub use georeference::{Georeference, Plane};

@@ -5,6 +5,7 @@ use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, Road, RoadNetwork};

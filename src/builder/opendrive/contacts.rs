@@ -1,11 +1,11 @@
 //! Which ends of lanes meet, by the links of the file: of sections, of roads, and of junctions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::text::Text;
 use crate::xodr::{Connection, Junction, JunctionKind, OpenDrive, Road, RoadEnd, RoadLink};
 
-use super::stretches::CutRoad;
+use super::stretches::{CutRoad, MICRO};
 
 /// The end of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -66,9 +66,45 @@ pub fn contacts(file: &OpenDrive, cut: &[CutRoad], first: &[usize]) -> Contacts 
         finder.of_junction(junction);
     }
     let mut found = finder.found;
+    found.all = bridged(found.all, cut, first);
     found.all.sort_unstable();
     found.all.dedup_by_key(|contact| contact.ends);
     found
+}
+
+/// Whether a road is so short that its lanes are no lanelets: those before and behind it meet.
+pub fn is_micro(cut: &CutRoad) -> bool {
+    matches!(&cut.stretches[..], [only] if only.span[1] - only.span[0] < MICRO)
+}
+
+/// The contacts over roads of no length.
+fn bridged(mut all: Vec<Contact>, cut: &[CutRoad], first: &[usize]) -> Vec<Contact> {
+    for (_, &stretch) in cut.iter().zip(first).filter(|(cut, _)| is_micro(cut)) {
+        let (own, others): (Vec<Contact>, Vec<Contact>) =
+            all.into_iter().partition(|contact| contact.ends.iter().any(|end| end.stretch == stretch));
+        all = others;
+        let reached = |far: bool, lane: i64| -> Vec<(LaneEnd, usize)> {
+            let other = |contact: &Contact| {
+                let at = contact.ends.iter().position(|end| *end == LaneEnd { stretch, far, lane })?;
+                Some((contact.ends[1 - at], contact.line))
+            };
+            own.iter().filter_map(other).filter(|(end, _)| end.stretch != stretch).collect()
+        };
+        let lanes: BTreeSet<i64> = own
+            .iter()
+            .flat_map(|contact| contact.ends)
+            .filter(|end| end.stretch == stretch)
+            .map(|end| end.lane)
+            .collect();
+        for lane in lanes {
+            for (a, line) in reached(false, lane) {
+                for (b, _) in reached(true, lane).into_iter().filter(|(b, _)| *b != a) {
+                    all.push(Contact { ends: [a.min(b), a.max(b)], line });
+                }
+            }
+        }
+    }
+    all
 }
 
 impl Finder<'_> {

@@ -8,7 +8,7 @@ use crate::geometry::{Point, Vector};
 use crate::lanelet::{Attributes, Bound, LaneletId, Target};
 use crate::xodr::{Object, Place, Road};
 
-use super::lights::{body, walk_size};
+use super::lights::{Body, WALK_BODY, body};
 use super::scene::{Drawn, Scene, note};
 use super::signal_use::SignalUse;
 use super::signals::Furniture;
@@ -216,15 +216,8 @@ fn walk_lights(
         // It is seen by people who come from the other end.
         let middle = Point::from(made[index].1.iter().map(|p| p.coords).sum::<Vector>() / made[index].1.len() as f64);
         let heading = if (at - middle).dot(&walk) < 0.0 { -walk } else { walk };
-        members[index].push(body(
-            assembly,
-            scene,
-            placed,
-            key,
-            heading,
-            walk_size(placed.signal.size),
-            &["green", "red"],
-        ));
+        let shape = Body::of(placed.signal, WALK_BODY, heading);
+        members[index].push(body(assembly, scene, placed, key, &shape, &["green", "red"]));
     }
     for ((lanelet, ..), lights) in made.iter().zip(members).filter(|(_, lights)| !lights.is_empty()) {
         let refers = lights.iter().map(|[light, _]| ("refers", Target::LineString(*light)));

@@ -41,6 +41,8 @@ pub struct Made {
     pub settings: Vec<IntersectionSettings>,
     /// The lanelets, by index, that lie in an area.
     pub in_area: BTreeSet<usize>,
+    /// For each approach of an area that has lights, the lanelets, by index, that begin there.
+    pub lit: Vec<Vec<usize>>,
 }
 
 /// The end of a road: its index, and whether it is the end at the larger station.
@@ -252,6 +254,10 @@ impl<'a> Site<'a> {
         assembly.polygon(id, outline.ring.clone(), Attributes::of(&[("type", "intersection_area"), ("area", "yes")]));
         made.areas += 1;
         made.in_area.extend(&self.members);
+        for arm in (0..arms.len()).filter(|arm| controls[*arm] == Control::Signals) {
+            let of_arm = self.paths.iter().zip(&self.members).filter(|(path, _)| path.movement.from == arm);
+            made.lit.push(of_arm.map(|(_, member)| *member).collect());
+        }
         for &arm in &outline.lost {
             let message = format!(
                 "the area of junction {} does not lead along the end of road {}",
@@ -284,7 +290,7 @@ impl<'a> Site<'a> {
             let goes_on =
                 |it: &TurningLanelet| it.movement.from == path.movement.from && it.movement.to != path.movement.to;
             let joins = |it: &TurningLanelet| {
-                it.movement.to == path.movement.to
+                (it.movement.to, it.movement.out_lane) == (path.movement.to, path.movement.out_lane)
                     && angle_between(path.heading, it.heading).abs().to_degrees() <= JOINING
             };
             turns && self.paths.iter().any(goes_on)

@@ -7,7 +7,7 @@ use crate::diagnostic::{Finding, Severity};
 use crate::settings::{BesideSettings, BicycleLanes};
 use crate::xodr::{Lane, Place, Road};
 
-use super::contacts::{Contact, LaneEnd, contacts};
+use super::contacts::{Contact, LaneEnd, contacts, is_micro};
 use super::lane_use::LaneUse;
 use super::lines::{Lines, One, SideRun, StretchLanes};
 use super::nodes::{BorderEnd, Nodes, sides};
@@ -17,8 +17,6 @@ use super::scene::{Drawn, Scene, note};
 const NO_WIDTH: f64 = 0.3;
 /// Borders closer than this everywhere, metres, are one.
 const ONE_BORDER: f64 = 0.02;
-/// Borders closer than this at an end, metres, end in one node.
-const PINCHED: f64 = 0.05;
 /// The speed limit where a file says none, km/h: the usual one in towns.
 const UNSAID_SPEED: f64 = 50.0;
 /// Speed limits of lanes for bicycles and of shoulders, km/h.
@@ -123,6 +121,9 @@ fn unsaid_speeds(scene: &Scene, lanes: &[StretchLanes], notes: &mut Vec<Finding>
 
 /// The lanes of a stretch that become lanelets.
 fn used<'a>(scene: &'a Scene, stretch: usize) -> Vec<(&'a Lane, LaneUse)> {
+    if is_micro(&scene.cut[scene.stretches[stretch].road]) {
+        return Vec::new();
+    }
     let road = scene.road(stretch);
     let lanes = scene.section(stretch).lanes.iter().map(|lane| (lane, LaneUse::of(lane)));
     let wide = |lane: &Lane| width(scene, stretch, road, lane.id) >= NO_WIDTH;
@@ -172,18 +173,8 @@ fn meeting_ends(
     for (stretch, borders) in all_borders.iter().enumerate() {
         let inside = scene.road(stretch).junction.is_some();
         for far in [false, true] {
-            let at: Vec<(i64, Place, f64)> = borders
-                .iter()
-                .map(|&(border, _)| {
-                    let (place, offset) = scene.border_at(stretch, far, border);
-                    (border, place, offset)
-                })
-                .collect();
-            for (border, place, _) in &at {
-                nodes.add((stretch, far, *border), *place, inside);
-            }
-            for pair in at.windows(2).filter(|pair| (pair[0].2 - pair[1].2).abs() < PINCHED) {
-                nodes.pinch((stretch, far, pair[0].0), (stretch, far, pair[1].0));
+            for &(border, _) in borders {
+                nodes.add((stretch, far, border), scene.border_at(stretch, far, border), inside);
             }
             for (border, stands) in borders.iter().filter(|(border, stands)| border != stands) {
                 nodes.pinch((stretch, far, *border), (stretch, far, *stands));

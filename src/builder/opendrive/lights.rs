@@ -1,6 +1,7 @@
 //! Lights, signs and stop lines as elements of the map, hung on the lanelets that they control.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 use crate::builder::control::stop_line::{PAINTED_LINE, SIGN_LINE, stop_line};
 use crate::builder::control::vehicle_signals::{bulbs_of, light_element};
@@ -11,6 +12,7 @@ use crate::diagnostic::{Finding, Severity};
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
+use crate::xodr::Signal;
 
 use super::lines::point;
 use super::nodes::sides;
@@ -20,8 +22,10 @@ use super::signals::{Approach, Furniture, Placed, approaches};
 
 /// Width and height of a light whose size is not said, metres.
 const BODY: [f64; 2] = [0.4, 1.2];
+/// Heights of the bodies of lights, metres.
+const HEIGHTS: RangeInclusive<f64> = 0.2..=2.0;
 /// Width and height of a light for people on foot, metres.
-const WALK_BODY: [f64; 2] = [0.3, 0.8];
+pub const WALK_BODY: [f64; 2] = [0.3, 0.8];
 /// Width of a sign, metres.
 const SIGN: f64 = 0.6;
 /// A stop line of the file that lies so near to the end of its lane, metres, is the lane's end.
@@ -37,6 +41,8 @@ pub struct Drawing<'a> {
     pub furniture: &'a Furniture<'a>,
     /// Stop lines, by the lane before.
     lines: BTreeMap<usize, LineStringId>,
+    /// A light of each lane behind a stop line.
+    lit: BTreeMap<usize, [LineStringId; 2]>,
     /// What could not be drawn as it should.
     pub notes: Vec<Finding>,
 }
@@ -44,11 +50,12 @@ pub struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     /// Nothing is drawn yet.
     pub fn new(scene: &'a Scene<'a>, drawn: &'a Drawn, furniture: &'a Furniture<'a>) -> Self {
-        Self { scene, drawn, furniture, lines: BTreeMap::new(), notes: Vec::new() }
+        Self { scene, drawn, furniture, lines: BTreeMap::new(), lit: BTreeMap::new(), notes: Vec::new() }
     }
 
-    /// Draws lights, signs and stop lines. `in_area` tells which lanelets lie in an intersection area.
-    pub fn draw(&mut self, assembly: &mut MapBuilder, in_area: impl Fn(usize) -> bool) {
+    /// Draws lights, signs and stop lines. `in_area` tells which lanelets lie in an intersection area; `lit` has those behind each
+    /// approach with lights.
+    pub fn draw(&mut self, assembly: &mut MapBuilder, in_area: impl Fn(usize) -> bool, lit: &[Vec<usize>]) {
         let furniture = self.furniture;
         for placed in &furniture.signals {
             match placed.used {
@@ -58,6 +65,9 @@ impl<'a> Drawing<'a> {
                 SignalUse::Speed(limit) => self.speed(assembly, placed, limit),
                 SignalUse::WalkLight | SignalUse::StopLine | SignalUse::Other => {}
             }
+        }
+        for members in lit {
+            self.light_rest(assembly, members);
         }
         // All other approaches: vehicles stop there only for others.
         for lane in 0..self.drawn.lanes.len() {
@@ -141,8 +151,8 @@ impl<'a> Drawing<'a> {
             self.notes.push(note("opendrive-signal", placed.signal.line, message).graded(Severity::Warning));
             return;
         };
-        let size = [0, 1].map(|i| if placed.signal.size[i] > 0.0 { placed.signal.size[i] } else { BODY[i] });
-        let light = body(assembly, self.scene, placed, key, heading, size, &["green", "yellow", "red"]);
+        let shape = Body::of(placed.signal, BODY, heading);
+        let light = body(assembly, self.scene, placed, key, &shape, &["green", "yellow", "red"]);
         for approach in approaches {
             let mut behind = self.lanelets(&approach.behind);
             if behind.is_empty() {
@@ -150,6 +160,26 @@ impl<'a> Drawing<'a> {
             }
             let line = self.stop_line(assembly, approach.lane, PAINTED_LINE);
             light_element(assembly, key.number(line.0), light, line, &behind);
+            for lane in approach.behind {
+                self.lit.entry(lane).or_insert(light);
+            }
+        }
+    }
+
+    /// Lets those lanelets behind an approach obey a light of the approach that the file gives none: Autoware wants all or none.
+    fn light_rest(&mut self, assembly: &mut MapBuilder, members: &[usize]) {
+        let known = |lane: &usize| self.lit.get(lane).copied();
+        let unlit: Vec<usize> = members.iter().copied().filter(|lane| known(lane).is_none()).collect();
+        for lane in unlit {
+            let before = self.drawn.back[lane].first().copied();
+            let beside =
+                members.iter().find(|it| self.drawn.back[**it].first().copied() == before && self.lit.contains_key(it));
+            let light =
+                beside.or(members.iter().find(|it| self.lit.contains_key(it))).and_then(|it| self.lit.get(it)).copied();
+            let (Some(before), Some(light)) = (before, light) else { continue };
+            let line = self.stop_line(assembly, before, PAINTED_LINE);
+            let key = self.lane_key("light", lane);
+            light_element(assembly, key, light, line, &self.lanelets(&[lane]));
         }
     }
 
@@ -178,7 +208,8 @@ impl<'a> Drawing<'a> {
         let Some(heading) = self.heading(assembly, placed, &approaches) else { return };
         let key = signal_key(self.scene, placed, "sign");
         let width = if placed.signal.size[0] > 0.0 { placed.signal.size[0] } else { SIGN };
-        let sign = edge(assembly, self.scene, placed, key, heading, width);
+        let shape = Body { heading, size: [width; 2], lift: 0.0 };
+        let sign = edge(assembly, self.scene, placed, key, &shape);
         let sign = assembly.line(key, sign.to_vec(), Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]));
         for approach in approaches {
             let line = self.stop_line(assembly, approach.lane, SIGN_LINE);
@@ -209,6 +240,27 @@ impl<'a> Drawing<'a> {
     }
 }
 
+/// The body of a light, or the face of a sign.
+pub struct Body {
+    /// The direction in which those look who see it.
+    heading: Vector,
+    /// Width and height, metres.
+    size: [f64; 2],
+    /// Of its lower edge above the signal's place, metres.
+    lift: f64,
+}
+
+impl Body {
+    /// Of a light, where not said of the usual size. Some files give the height of the pole: the light is at its top.
+    pub fn of(signal: &Signal, usual: [f64; 2], heading: Vector) -> Self {
+        let [width, height] = signal.size;
+        let width = if width > 0.0 { width } else { usual[0] };
+        let known = HEIGHTS.contains(&height);
+        let lift = if height > *HEIGHTS.end() { height - usual[1] } else { 0.0 };
+        Self { heading, size: [width, if known { height } else { usual[1] }], lift }
+    }
+}
+
 /// The key of what a signal becomes.
 fn signal_key(scene: &Scene, placed: &Placed, part: &str) -> Key {
     let road = &scene.file.roads[placed.road].id;
@@ -221,14 +273,13 @@ fn edge(
     scene: &Scene,
     placed: &Placed,
     key: Key,
-    heading: Vector,
-    width: f64,
+    &Body { heading, size: [width, _], lift }: &Body,
 ) -> [PointId; 2] {
     let road = &scene.file.roads[placed.road];
     let (middle, height) = scene.plane.to_map(&[placed.signal.place(road)]).pop().unwrap_or_default();
     let right = -left_of(heading);
     [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
-        assembly.point_at(key.word(name), middle + right * (width * along), height, Attributes::new())
+        assembly.point_at(key.word(name), middle + right * (width * along), height + lift, Attributes::new())
     })
 }
 
@@ -238,11 +289,11 @@ pub fn body(
     scene: &Scene,
     placed: &Placed,
     key: Key,
-    heading: Vector,
-    [width, height]: [f64; 2],
+    shape: &Body,
     colors: &[&str],
 ) -> [LineStringId; 2] {
-    let ends = edge(assembly, scene, placed, key, heading, width);
+    let [width, height] = shape.size;
+    let ends = edge(assembly, scene, placed, key, shape);
     let subtype = if colors.len() == 2 { "red_green" } else { "red_yellow_green" };
     let mut tags = Attributes::of(&[("type", "traffic_light"), ("subtype", subtype)]);
     tags.push("height", Text::from(format!("{height}")));
@@ -258,14 +309,9 @@ pub fn body(
         } else {
             (nalgebra::center(&left, &right), height * part)
         };
-        assembly.point_at(key.word(color), at, base + up, Attributes::of(&[("color", color)]))
+        assembly.point_at(key.word(color), at, base + shape.lift + up, Attributes::of(&[("color", color)]))
     });
     let lamps: Vec<PointId> = lamps.collect();
     let bulbs = assembly.line(key.word("bulbs"), lamps, bulbs_of(light));
     [light, bulbs]
-}
-
-/// The size of a light for people on foot, metres.
-pub fn walk_size(said: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|i| if said[i] > 0.0 { said[i] } else { WALK_BODY[i] })
 }

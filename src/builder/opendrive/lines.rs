@@ -84,7 +84,7 @@ impl<'a> Lines<'a> {
 
     /// The node at the end of a border.
     fn node(&mut self, assembly: &mut MapBuilder, end: BorderEnd) -> (PointId, Place) {
-        let (first, place) = self.ends.get(&end).copied().unwrap_or((end, self.scene.border_at(end.0, end.1, end.2).0));
+        let (first, place) = self.ends.get(&end).copied().unwrap_or((end, self.scene.border_at(end.0, end.1, end.2)));
         let scene = self.scene;
         let id = *self.points.entry(first).or_insert_with(|| {
             let (stretch, far, border) = first;

@@ -16,6 +16,7 @@ mod scene;
 mod signal_use;
 mod signals;
 mod stretches;
+mod tracks;
 
 use crate::diagnostic::{Finding, Severity};
 use crate::geometry::Point;
@@ -43,6 +44,7 @@ pub struct Placing<'a> {
 
 /// Builds the map of a file; also gives its projector.
 pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placing) -> (Assembled, Projector) {
+    let file = &*tracks::with_tracks(file);
     let starts = file.roads.iter().flat_map(|road| road.plan.records()).map(|record| record.origin);
     let wanted = placing.wanted.map(|wanted| wanted as &dyn Fn(LonLat) -> Projector);
     let plane = Plane::new(file, &starts.collect::<Vec<Point>>(), placing.origin, wanted);
@@ -73,7 +75,7 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     let furniture = signals::furniture(&scene, &drawn);
     let made = junctions::draw(&mut assembly, &scene, &drawn, &furniture, side);
     let mut signs = lights::Drawing::new(&scene, &drawn, &furniture);
-    signs.draw(&mut assembly, |lane| made.in_area.contains(&lane));
+    signs.draw(&mut assembly, |lane| made.in_area.contains(&lane), &made.lit);
     whole.areas = made.areas;
     whole.notes.extend(made.notes.into_iter().chain(signs.notes));
     whole.notes.extend(crosswalks::draw(&mut assembly, &scene, &drawn, &furniture));

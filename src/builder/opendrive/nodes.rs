@@ -68,7 +68,7 @@ impl Nodes {
         // The path to the root stays short.
     }
 
-    /// Makes two ends of borders of one stretch one node, where a lane has no width.
+    /// Makes two ends of borders of one stretch one node, where the borders are one.
     pub fn pinch(&mut self, a: BorderEnd, b: BorderEnd) {
         if let (Some(&a), Some(&b)) = (self.known.get(&a), self.known.get(&b)) {
             self.unite(a, b);

@@ -5,12 +5,15 @@ use std::collections::BTreeMap;
 use crate::builder::ids::Key;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::{Bound, LaneletId, PointId};
-use crate::xodr::{OpenDrive, Place, Road, Section};
+use crate::xodr::{OpenDrive, Place, Road, Section, inner};
 
 use super::contacts::LaneEnd;
 use super::lane_use::LaneUse;
 use super::plane::Plane;
 use super::stretches::{CutRoad, Stretch};
+
+/// The width, metres, with which a lane begins or ends that has none there: its bounds must not meet.
+const HAIR: f64 = 0.02;
 
 /// A lanelet of a lane.
 #[derive(Clone, Debug)]
@@ -93,16 +96,19 @@ impl Scene<'_> {
         if it.part == 0 { key } else { key.word("part").number(it.part as i64) }
     }
 
-    /// The outer border of a lane at an end of a stretch.
-    pub fn border_at(&self, stretch: usize, far: bool, border: i64) -> (Place, f64) {
+    /// The place of the outer border of a lane at an end of a stretch.
+    pub fn border_at(&self, stretch: usize, far: bool, border: i64) -> Place {
         let sections = self.sections(stretch);
         let [from, to] = self.stretches[stretch].span;
         let station = if far { to } else { from };
         let road = self.road(stretch);
         let section = if far { sections.last() } else { sections.first() };
-        section.map_or(([0.0; 3], 0.0), |section| {
-            let offset = section.offset(road, border, station);
-            (road.place(station, offset), offset)
+        section.map_or([0.0; 3], |section| {
+            let (offset, side) = (section.offset(road, border, station), border.signum() as f64);
+            let inside = section.offset(road, inner(border), station);
+            let driven = section.lane(border).is_some_and(|lane| LaneUse::of(lane).is_driven());
+            let pinched = driven && side * (offset - inside) < HAIR;
+            road.place(station, if pinched { inside + side * HAIR } else { offset })
         })
     }
 }

@@ -18,7 +18,7 @@ const BEFORE_END: f64 = 40.0;
 const BEHIND_BEGIN: f64 = 15.0;
 
 /// What a signal is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SignalUse {
     /// Lights for vehicles.
     VehicleLight,

@@ -4,12 +4,16 @@ use std::ops::Range;
 
 use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
 
+use super::lane_use::LaneUse;
 use super::signal_use::lights_between;
 
-/// Sections shorter than this, metres, are dissolved: exporters leave some of a micrometre.
-const MICRO: f64 = 0.1;
+/// Sections and roads shorter than this, metres, are dissolved: exporters leave some of a micrometre.
+pub const MICRO: f64 = 0.1;
 /// Paint and speed limits that change closer than this, metres, to another change are those of the stretch before.
 const SHORTEST: f64 = 2.0;
+
+/// A lane whose width jumps by more than this, metres, or that has no more, is another one behind the jump.
+const SAME_WIDTH: f64 = 0.05;
 
 /// A part of a road along which nothing changes.
 #[derive(Clone, Debug)]
@@ -46,7 +50,7 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
     let Some(&first) = cut.kept.first() else { return cut };
     let start_of = |at: usize| if at == 0 { 0.0 } else { road.sections[cut.kept[at]].span[0] };
     // Where lanes change, a stretch must end; elsewhere, it ends where paint or speed changes, if that is far enough from other ends.
-    let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at)).collect();
+    let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at, connecting)).collect();
     let mut stations: Vec<f64> = std::iter::once(0.0).chain(hard.iter().map(|&at| start_of(at))).collect();
     stations.push(road.length);
     if !connecting {
@@ -98,7 +102,7 @@ fn linked(road: &Road, from: usize, to: usize) -> Vec<[i64; 2]> {
 }
 
 /// The lanes of a section that lead on to those of the next one, by the links of either.
-fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
+pub fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
     let ahead = before.lanes.iter().flat_map(|lane| lane.links[1].iter().map(|next| [lane.id, *next]));
     let back = after.lanes.iter().flat_map(|lane| lane.links[0].iter().map(|last| [*last, lane.id]));
     let exist = |[a, b]: &[i64; 2]| before.lane(*a).is_some() && after.lane(*b).is_some();
@@ -108,23 +112,29 @@ fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
     all
 }
 
-/// Whether all lanes lead from the kept section before to this one and are of one kind in both.
-fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
+/// Whether all lanes lead from the kept section before to this one and are of one kind in both; in a junction, all that are driven.
+fn goes_on(road: &Road, cut: &CutRoad, at: usize, connecting: bool) -> bool {
     let [before, after] = [at - 1, at].map(|at| &road.sections[cut.kept[at]]);
+    let counted = |section: &Section| -> Vec<Lane> {
+        let counts = |lane: &&Lane| !connecting || LaneUse::of(lane).is_driven();
+        section.lanes.iter().filter(counts).cloned().collect()
+    };
+    let lanes = [before, after].map(counted);
     let same = |(a, b): (&Lane, &Lane)| {
         a.id == b.id
             && a.kind == b.kind
             && (a.reversed, a.both_ways) == (b.reversed, b.both_ways)
             && a.access == b.access
     };
-    before.lanes.len() == after.lanes.len()
-        && before.lanes.iter().zip(&after.lanes).all(same)
-        && cut.links[at - 1].iter().all(|[a, b]| a == b)
-        && before.lanes.iter().all(|lane| cut.links[at - 1].contains(&[lane.id; 2]))
-        && before.lanes.iter().all(|lane| {
-            let station = after.span[0];
-            let widths = [before, after].map(|section| section.width(road, lane.id, station));
-            (widths[0] - widths[1]).abs() < 0.05 && widths[1] > 0.05
+    let links = &cut.links[at - 1];
+    let shown = |lane: &&Lane| LaneUse::of(lane) != LaneUse::None;
+    lanes[0].len() == lanes[1].len()
+        && lanes[0].iter().zip(&lanes[1]).all(same)
+        && links.iter().all(|[a, b]| a == b || connecting && lanes[0].iter().all(|lane| lane.id != *a))
+        && lanes[0].iter().filter(shown).all(|lane| {
+            let widths = [before, after].map(|section| section.width(road, lane.id, after.span[0]));
+            let linked = !LaneUse::of(lane).is_driven() || links.contains(&[lane.id; 2]);
+            linked && (widths[0] - widths[1]).abs() < SAME_WIDTH && (connecting || widths[1] > SAME_WIDTH)
         })
 }
 
