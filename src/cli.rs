@@ -12,6 +12,7 @@ mod draw_args;
 mod explain;
 mod fix;
 mod fix_pictures;
+mod fix_summary;
 mod fmt;
 mod gallery;
 mod geometry;

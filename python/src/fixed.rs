@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lanewright::api::{Configuration, EditedFile, Edits, Error, FixOptions};
-use lanewright::fix::Mend as Done;
+use lanewright::fix::{Mend as Done, Scope};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::{Value, json};
@@ -62,7 +62,8 @@ pub fn fix(
         ignore: arguments::words("ignore", ignore)?,
         ..arguments::configuration(config, isolated)?
     };
-    let options = FixOptions { configuration, unsafe_too: r#unsafe };
+    let scope = Scope { unsafe_too: r#unsafe, ..Scope::default() }.naming(&configuration.select);
+    let options = FixOptions { configuration, scope };
     let (mended, left) = work::run(py, arguments::threads(threads)?, move || {
         let fixed = lanewright::fix(map.read()?, &options)?;
         if write {

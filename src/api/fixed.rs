@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
 
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::fix::{FixError, Mend, Mended, mend};
+use crate::fix::{FixError, Mend, Mended, Scope, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::Source;
 use crate::projection::{Projector, VerticalDatum, write_info};
@@ -26,8 +26,8 @@ use super::load::{Loaded, is_packed};
 pub struct FixOptions {
     /// Which settings count, which rules are asked: what they do not find is not mended.
     pub configuration: Configuration,
-    /// Whether fixes are made, too, that need a look afterwards.
-    pub unsafe_too: bool,
+    /// Which fixes are made: those of errors and warnings that need no look, if nothing else is said.
+    pub scope: Scope,
 }
 
 /// A map as it was and as it is, with what was done.
@@ -80,8 +80,8 @@ impl Fixed {
     /// # Errors
     ///
     /// Where a parameter has a value of the wrong type, or the map is divided into cells.
-    pub fn of(loaded: Loaded, unsafe_too: bool) -> Result<Self, Error> {
-        Self::telling(loaded, unsafe_too, &|_, _| {})
+    pub fn of(loaded: Loaded, scope: impl Into<Scope>) -> Result<Self, Error> {
+        Self::telling(loaded, scope.into(), &|_, _| {})
     }
 
     /// The same, and says now and then how many fixes were made and how many are open.
@@ -89,21 +89,21 @@ impl Fixed {
     /// # Errors
     ///
     /// See [`Fixed::of`].
-    pub fn telling(loaded: Loaded, unsafe_too: bool, tell: &dyn Fn(usize, usize)) -> Result<Self, Error> {
+    pub fn telling(loaded: Loaded, scope: Scope, tell: &dyn Fn(usize, usize)) -> Result<Self, Error> {
         if loaded.divided {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
-        let needed = ProjectorFile::missing(&loaded).filter(|_| unsafe_too);
+        let needed = ProjectorFile::missing(&loaded).filter(|_| scope.unsafe_too);
         let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
         let projector_file = match needed {
             Some(file) if is_asked_for(&found_of_projector(&loaded)?) => Some(file),
             _ => None,
         };
         let Some(file) = projector_file else {
-            let mended = mended_as(&loaded, (&loaded.projector, &loaded.info), unsafe_too, tell)?;
+            let mended = mended_as(&loaded, (&loaded.projector, &loaded.info), scope, tell)?;
             return Ok(Self { loaded, mended, projector_file: None });
         };
-        let mut mended = mended_as(&loaded, (&file.projector, &file.info()), unsafe_too, tell)?;
+        let mut mended = mended_as(&loaded, (&file.projector, &file.info()), scope, tell)?;
         let title = format!("write {INFO}: {}", file.projector);
         mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
         Ok(Self { loaded, mended, projector_file: Some(file) })
@@ -241,18 +241,18 @@ pub(crate) fn undivided(verb: &str) -> Failure {
 }
 
 /// What a map says, mended.
-pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
-    mended_as(map, (&map.projector, &map.info), unsafe_too, &|_, _| {})
+pub(crate) fn mended(map: &Loaded, scope: impl Into<Scope>) -> Result<Mended, Error> {
+    mended_as(map, (&map.projector, &map.info), scope.into(), &|_, _| {})
 }
 
 /// The same, with a projector and its file in place of those that the map was read with.
 fn mended_as(
     map: &Loaded,
     (projector, info): (&Projector, &ProjectorInfo),
-    unsafe_too: bool,
+    scope: Scope,
     tell: &dyn Fn(usize, usize),
 ) -> Result<Mended, Error> {
-    mend(map.osm.clone(), unsafe_too, MapJudge::telling(map, projector, info, tell)).map_err(|error| match error {
+    mend(map.osm.clone(), scope, MapJudge::telling(map, projector, info, tell)).map_err(|error| match error {
         FixError::Judge(error) => error,
         FixError::Read(error) => ErrorKind::Internal.error(
             Failure::new(format!("the mended map cannot be read: {error}"))

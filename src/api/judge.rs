@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHasher};
 
 use crate::diagnostic::Diagnostic;
-use crate::fix::Judge;
+use crate::fix::{Judge, Route};
 use crate::lanelet::index::{DrivingSide, FilledUnions, MapIndex};
 use crate::lanelet::{Condition, LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
+use crate::lanelet::routing_pairs::{Directed, Pair, routing_pairs};
 use crate::osm::{Node, OsmData};
 use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
@@ -157,6 +158,16 @@ impl Judge for MapJudge<'_> {
             return Some([number("local_x")?, number("local_y")?]);
         }
         node.position.map(|place| [place.lon * self.east, place.lat * DEGREE])
+    }
+
+    fn routes(&self, part: &OsmData) -> Vec<Route> {
+        let map = from_osm(part, self.projector).map;
+        let ends = |one: Directed| (one.lanelet.0, one.inverted);
+        let route = |pair: Pair| {
+            let Pair { who, relation, from, to } = pair;
+            Route { who, how: relation.as_str(), from: ends(from), to: ends(to) }
+        };
+        routing_pairs(&map).into_iter().map(route).collect()
     }
 
     fn tell(&self, made: usize, open: usize) {

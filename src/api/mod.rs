@@ -149,5 +149,5 @@ pub fn check(map: impl Into<Input>, options: CheckOptions) -> Result<Checked, Er
 ///
 /// Where the map or settings cannot be read.
 pub fn fix(map: impl Into<Input>, options: &FixOptions) -> Result<Fixed, Error> {
-    Fixed::of(Loaded::read(map, &options.configuration)?, options.unsafe_too)
+    Fixed::of(Loaded::read(map, &options.configuration)?, options.scope)
 }

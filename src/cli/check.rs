@@ -26,7 +26,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     }
     tier4::vet(args)?;
     if args.fix {
-        fix::in_place(&args.map, &args.config, args.r#unsafe)?;
+        fix::in_place(&args.map, &args.config, args.r#unsafe, args.least_shown())?;
     }
     if args.watch { watch(args) } else { once(args) }
 }

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 
 use crate::api::{Fixed, Loaded};
 use crate::diagnostic::Severity;
-use crate::fix::Mended;
+use crate::fix::Scope;
 use crate::report::failure::Failure;
-use crate::report::visible;
 
 use super::args::CLEAN;
-use super::check_args::ConfigArgs;
-use super::fix_pictures;
+use super::check_args::{ConfigArgs, SeverityArg};
+use super::{fix_pictures, fix_summary};
 use super::output::{self, Progress};
 use clap::Args;
 
@@ -28,6 +27,12 @@ pub struct FixArgs {
     /// Make fixes that need a look afterwards, too
     #[arg(long)]
     pub r#unsafe: bool,
+    /// Make fixes, too, that bring more warnings than they mend errors; else these are listed as not kept
+    #[arg(long)]
+    pub allow_warnings: bool,
+    /// Least severity of findings that are mended [default: warning, or info with --select]
+    #[arg(long, value_enum)]
+    pub show: Option<SeverityArg>,
     #[command(flatten)]
     pub config: ConfigArgs,
 }
@@ -37,7 +42,13 @@ const LEFT: u8 = 1;
 
 /// Mends the map and says what was done.
 pub fn run(args: &FixArgs) -> Result<u8, Failure> {
-    let fixed = fixed(&args.map, &args.config, args.r#unsafe)?;
+    let scope = Scope {
+        unsafe_too: args.r#unsafe,
+        warnings_too: args.allow_warnings,
+        least: args.show.map_or(Severity::Warning, Severity::from),
+        ..Scope::default()
+    };
+    let fixed = fixed(&args.map, &args.config, scope)?;
     if let Some(dir) = &args.pictures {
         let count = fix_pictures::write(dir, &fixed)?;
         output::complain(&format!("{}: {count} places\n", dir.join("index.html").display()));
@@ -45,53 +56,26 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
     if args.diff {
         let diff = fixed.diff();
         output::print(&diff)?;
+        output::complain(&format!("{}\n", fix_summary::change(&fixed.mended)));
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }
     fixed.write()?;
-    output::print(&told(&fixed.mended))?;
+    output::print(&fix_summary::told(&fixed.mended))?;
     Ok(if fixed.mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
 }
 
 /// Mends the map in place and says what was done on standard error.
-pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(), Failure> {
-    let fixed = fixed(map, config, unsafe_too)?;
+pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool, least: Severity) -> Result<(), Failure> {
+    let fixed = fixed(map, config, Scope { unsafe_too, least, ..Scope::default() })?;
     fixed.write()?;
-    output::complain(&told(&fixed.mended));
+    output::complain(&fix_summary::told(&fixed.mended));
     Ok(())
 }
 
-fn fixed(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<Fixed, Failure> {
+fn fixed(map: &Path, config: &ConfigArgs, scope: Scope) -> Result<Fixed, Failure> {
     let progress = Progress::start("reading");
     let loaded = Loaded::read(map, &config.configuration())?;
     progress.next("mending");
     let tell = |made, open| progress.next(&format!("mending: {made} fixes made, {open} open"));
-    Ok(Fixed::telling(loaded, unsafe_too, &tell)?)
-}
-
-fn told(mended: &Mended) -> String {
-    let mut text = String::new();
-    for mend in &mended.done {
-        text += &format!("fixed[{}] {}: {}\n", mend.code, mend.subject, visible(&mend.title));
-    }
-    for (mend, reason) in &mended.refused {
-        let reason = visible(reason.trim_end_matches('.'));
-        text += &format!("not kept[{}] {}: {} ({reason})\n", mend.code, mend.subject, visible(&mend.title));
-    }
-    let count = |severity| mended.left.iter().filter(|one| one.severity == severity).count();
-    text += &format!("{} fixed", mended.done.len());
-    if !mended.refused.is_empty() {
-        text += &format!(", {} not kept because they mend nothing or bring an error", mended.refused.len());
-    }
-    text += &format!("; left: {} errors, {} warnings", count(Severity::Error), count(Severity::Warning));
-    if mended.unsafe_left > 0 {
-        text += &format!(", {} of them with a fix that needs a look (--unsafe)", mended.unsafe_left);
-    }
-    text += "\n";
-    if mended.revealed > 0 {
-        text += &format!(
-            "{} of the errors left were not told before: rules now look at the intersections that were marked\n",
-            mended.revealed
-        );
-    }
-    text
+    Ok(Fixed::telling(loaded, scope.naming(&config.select), &tell)?)
 }

@@ -6,6 +6,7 @@ use super::fixes_by_place::elements_of;
 use super::harmful_fixes;
 use super::judgement::{Bench, Judge, Known};
 use super::proposal::{Attempt, Mend, Proposal};
+use super::routes;
 use super::text_edits::{IdRange, Key, TextEdits};
 use crate::diagnostic::{Diagnostic, Fix};
 use crate::osm::{OsmData, ReadError};
@@ -63,27 +64,40 @@ pub fn attempt<J: Judge>(
     let osm = edits.made().map_err(FixError::Read)?;
     let last = earlier.last.as_ref().map(|(osm, left)| Known { osm, left });
     let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
-    let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
+    let mut attempt = Attempt { osm, left, done, renumbered, routes: Vec::new(), is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
     if leads && !harmful_fixes::does_other_harm(known.left, &attempt) {
-        follow_all(known.left, may, &mut attempt, bench)?;
+        follow_all(known, may, &mut attempt, bench)?;
+    } else {
+        attempt.compare_routes(known.osm, bench);
     }
     Ok(Some(attempt))
 }
 
+impl Attempt {
+    /// Finds the routes that the batch changes.
+    fn compare_routes<J: Judge>(&mut self, before: &OsmData, bench: &Bench<J>) {
+        self.routes = match routes::may_change(&self.done) {
+            true => bench.changed_routes(before, &self.osm, &self.renumbered),
+            false => Vec::new(),
+        };
+    }
+}
+
 /// Applies what follows from the leading fixes of a batch, step by step.
 pub fn follow_all<J: Judge>(
-    before: &[Diagnostic],
+    known: Known,
     may: &impl Fn(&Fix) -> bool,
     attempt: &mut Attempt,
     bench: &Bench<J>,
 ) -> Result<(), FixError<J::Error>> {
     attempt.is_followed = true;
     for _ in 0..MOST_STEPS {
-        if !follow(before, may, attempt, bench)? {
+        if !follow(known.left, may, attempt, bench)? {
             break;
         }
     }
+    attempt.compare_routes(known.osm, bench);
     Ok(())
 }
 

@@ -58,6 +58,14 @@ impl ByPlace {
         found
     }
 
+    /// The fixes that change or create one of these elements, or something that it is made of, or whose finding is about it.
+    pub fn about_any(&self, keys: &[Key]) -> Vec<usize> {
+        let mut found: Vec<usize> = keys.iter().filter_map(|key| self.elements.get(key)).flatten().copied().collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
     /// The fix that created the subject of an error: without it there would be no such error.
     pub fn maker(&self, error: &Diagnostic) -> Option<usize> {
         self.makers.get(&key_of(error.finding.subject)?).copied()

@@ -6,7 +6,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::error_counts::ErrorCounts;
-use super::nearby::{around, changed};
+use super::nearby::{around, changed, connected};
+use super::routes::{self, Change, Route};
 use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::osm::{ElementKind, Node, OsmData};
@@ -35,6 +36,11 @@ pub trait Judge {
     /// Where a node lies: east and north, metres; `None` where nothing is near anything.
     fn place(&self, _node: &Node) -> Option<[f64; 2]> {
         None
+    }
+
+    /// Who may go from where to where in a part of a map.
+    fn routes(&self, _part: &OsmData) -> Vec<Route> {
+        Vec::new()
     }
 
     /// Is told now and then how many fixes were made and how many are open.
@@ -149,6 +155,13 @@ impl<J: Judge> Bench<J> {
         });
         let judged = near.map(|(known, near)| self.judged_in_part(known, osm, near)).transpose()?.flatten();
         judged.map_or_else(|| self.whole(osm), Ok)
+    }
+
+    /// The routes that a map has and another has not. `fresh` are the new ids of elements of the old one.
+    pub fn changed_routes(&self, old: &OsmData, new: &OsmData, fresh: &FxHashMap<Key, i64>) -> Vec<Change> {
+        let near = connected([old, new], &changed(old, new));
+        let [before, after] = [old, new].map(|osm| self.judge.routes(&osm.part(&near)));
+        routes::changes(before, after, fresh)
     }
 
     /// The findings in a map that differs from a known one near some elements alone; `None` where that is most of the map.

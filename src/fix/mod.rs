@@ -8,10 +8,13 @@ mod error_counts;
 mod fixes_by_place;
 mod harmful_fixes;
 mod judgement;
+mod more_warnings;
 mod nearby;
 mod order;
 mod proposal;
 mod revealed;
+mod routes;
+mod scope;
 mod suspects;
 #[cfg(test)]
 mod tests;
@@ -22,7 +25,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity};
-use crate::osm::OsmData;
+use crate::osm::{ElementKind, OsmData};
 pub use attempt::FixError;
 use attempt::{Earlier, attempt, follow_all};
 pub use canonical::{Unkept, canonical};
@@ -32,6 +35,8 @@ pub use judgement::Judge;
 use judgement::{Bench, Confirmed, Known};
 use order::first_of;
 pub use proposal::Mend;
+pub use routes::Route;
+pub use scope::Scope;
 use proposal::{Attempt, Proposal};
 use suspects::Suspects;
 use text_edits::{Key, TextEdits};
@@ -46,6 +51,12 @@ pub struct Mended {
     pub left: Vec<Diagnostic>,
     /// What was done, in order.
     pub done: Vec<Mend>,
+    /// How many of these fixes need a look now.
+    pub to_look_at: usize,
+    /// The elements that fixes have drawn, each with the place of its fix in `done`, as (kind, id).
+    pub drawn: Vec<(usize, ElementKind, i64)>,
+    /// How many errors and warnings there were before.
+    pub before: [usize; 2],
     /// What was tried and not kept, each with the reason: it brought a new error, or did not mend what it was for.
     pub refused: Vec<(Mend, String)>,
     /// How many of the findings left have a fix that needs a look first.
@@ -54,22 +65,33 @@ pub struct Mended {
     pub revealed: usize,
 }
 
-/// Applies the fixes of what `judge` finds, round by round, until no fix is left that may be applied: the safe ones, or all with
-/// `unsafe_too`. Fixes that change different things are applied and judged together. If a batch does harm, the fixes near the
+/// Applies the fixes of what `judge` finds, round by round, until no fix is left that may be applied: those in `scope`, which `true` and
+/// `false` stand for, too. Fixes that change different things are applied and judged together. If a batch does harm, the fixes near the
 /// harm are halved, at all such places at once, so that the cost is a few judgements and not one for each fix.
 ///
 /// # Errors
 ///
 /// If `judge` fails, or an edited file cannot be read again.
-pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended, FixError<J::Error>> {
+pub fn mend<J: Judge>(osm: OsmData, scope: impl Into<Scope>, judge: J) -> Result<Mended, FixError<J::Error>> {
     let bench = Bench::new(judge);
     let left = bench.whole(&osm).map_err(FixError::Judge)?;
-    let state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
-    let start = Course::new(state, unsafe_too);
-    let most = count_errors(&start.state.left);
+    let before = [Severity::Error, Severity::Warning].map(|severity| count(&left, severity));
+    let state = Mended {
+        osm,
+        left,
+        done: Vec::new(),
+        to_look_at: 0,
+        drawn: Vec::new(),
+        before,
+        refused: Vec::new(),
+        unsafe_left: 0,
+        revealed: 0,
+    };
+    let start = Course::new(state, scope.into());
+    let [most, _] = before;
     let mut course = start.clone().ended(&bench)?;
     // No map may have more errors than before.
-    if count_errors(&course.state.left) > most {
+    if count(&course.state.left, Severity::Error) > most {
         course = start.sparing().ended(&bench)?;
     }
     let Course { mut state, known, .. } = course;
@@ -81,8 +103,15 @@ pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended
     Ok(state)
 }
 
-fn count_errors(found: &[Diagnostic]) -> usize {
-    found.iter().filter(|one| one.severity == Severity::Error).count()
+fn count(found: &[Diagnostic], severity: Severity) -> usize {
+    found.iter().filter(|one| one.severity == severity).count()
+}
+
+impl Mended {
+    /// How many errors and warnings there are now.
+    pub fn after(&self) -> [usize; 2] {
+        [Severity::Error, Severity::Warning].map(|severity| count(&self.left, severity))
+    }
 }
 
 /// The state of a run of fixes.
@@ -101,9 +130,9 @@ struct Course {
 const PASSES: usize = 8;
 
 impl Course {
-    fn new(state: Mended, unsafe_too: bool) -> Self {
+    fn new(state: Mended, scope: Scope) -> Self {
         let known = ErrorCounts::of(&state.left);
-        let memory = Memory { unsafe_too, ..Memory::default() };
+        let memory = Memory { scope, ..Memory::default() };
         Self { state, memory, known, passes: 0, made_before: 0 }
     }
 
@@ -142,10 +171,10 @@ impl Course {
         }
         self.passes += 1;
         self.made_before = self.state.done.len();
-        let Memory { unsafe_too, spares, mut tried, .. } = std::mem::take(&mut self.memory);
+        let Memory { scope, spares, mut tried, .. } = std::mem::take(&mut self.memory);
         let again = tried.forget_changed(self.state.left.iter().filter_map(Proposal::of));
         self.state.refused.retain(|(mend, _)| tried.has(mend));
-        self.memory = Memory { unsafe_too, spares, tried, ..Memory::default() };
+        self.memory = Memory { scope, spares, tried, ..Memory::default() };
         again
     }
 
@@ -169,7 +198,7 @@ impl Course {
 /// What is known of the fixes so far.
 #[derive(Clone, Default)]
 struct Memory {
-    unsafe_too: bool,
+    scope: Scope,
     /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
     spares: bool,
     /// No fix is tried twice, so that two fixes cannot undo each other forever.
@@ -183,19 +212,15 @@ struct Memory {
 }
 
 impl Memory {
-    fn may(&self, fix: &Fix) -> bool {
-        self.allowed()(fix)
-    }
-
     /// Says which fixes may be applied at all.
     fn allowed(&self) -> impl Fn(&Fix) -> bool + use<> {
-        let unsafe_too = self.unsafe_too;
-        move |fix| fix.safe || unsafe_too
+        let scope = self.scope;
+        move |fix| scope.may(fix)
     }
 
     fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
-        let open = left.iter().filter_map(Proposal::of);
-        let open = open.filter(|one| self.may(&one.fix) && !self.tried.has(&one.mend));
+        let open = left.iter().filter(|found| self.scope.wants(found)).filter_map(Proposal::of);
+        let open = open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend));
         let leads = |one: Proposal| {
             let leads = self.leading.contains(&one.mend);
             Proposal { leads, in_group: !leads && self.led.contains(&one.mend), ..one }
@@ -230,7 +255,7 @@ fn round<J: Judge>(
         if apart && verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
             // What follows is known from this attempt.
             lead(memory, &verdict, &mut attempt.done);
-            follow_all(&state.left, &may, &mut attempt, bench)?;
+            follow_all(known, &may, &mut attempt, bench)?;
             verdict = self::verdict(state, memory, &attempt, is_first);
         }
         if verdict.is_clean() {
@@ -268,9 +293,14 @@ fn round<J: Judge>(
 
 /// The decision about each fix of a batch.
 fn verdict(state: &Mended, memory: &Memory, attempt: &Attempt, is_first: bool) -> Verdict {
-    let mut verdict = harmful_fixes::verdict(&state.left, attempt, |fix| memory.may(fix), is_first);
+    let may = memory.allowed();
+    let mut verdict = harmful_fixes::verdict(&state.left, attempt, &may, is_first);
     if memory.spares {
-        verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, |fix| memory.may(fix)));
+        verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, &may));
+    }
+    verdict.refused.extend(routes::unasked(attempt));
+    if !memory.scope.warnings_too && verdict.is_clean() {
+        verdict.refused.extend(more_warnings::of(&state.left, attempt));
     }
     verdict
 }
@@ -301,6 +331,10 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
     let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
     for one in attempt.done {
         memory.tried.made(&one);
+        let at = state.done.len();
+        state.drawn.extend(one.creates.iter().map(|&(kind, id)| (at, kind, id)));
+        let followers = one.followers.iter().map(|(_, fix)| fix);
+        state.to_look_at += std::iter::once(&one.fix).chain(followers).filter(|fix| !fix.safe).count();
         state.done.extend(one.mends());
     }
     (state.osm, state.left) = (attempt.osm, attempt.left);

@@ -78,6 +78,24 @@ pub fn around(
     Some(whole.0)
 }
 
+/// The elements that a change may connect or part: those that have a point in common with a changed one or with such an element, each
+/// with all that it is made of.
+pub fn connected(maps: [&OsmData; 2], changed: &FxHashSet<Key>) -> FxHashSet<Key> {
+    let mut near = changed.clone();
+    for _ in 0..2 {
+        let mut whole = Parts::default();
+        for osm in maps {
+            let mut parts = Parts::default();
+            near.iter().for_each(|&key| parts.add(osm, key, DEEP));
+            parts.0.extend(near.iter().copied());
+            whole.add_touching(osm, &parts.0);
+            whole.0.extend(parts.0);
+        }
+        near = whole.0;
+    }
+    near
+}
+
 /// The number of steps from a changed element to the elements that it consists of: its lanelets, their bounds, the nodes of
 /// these.
 const DEEP: usize = 3;

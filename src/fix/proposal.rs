@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::routes::Change;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 use crate::osm::OsmData;
@@ -97,6 +98,8 @@ pub struct Attempt {
     pub done: Vec<Proposal>,
     /// New ids of elements, by their old ones.
     pub renumbered: FxHashMap<Key, i64>,
+    /// The routes that it changes.
+    pub routes: Vec<Change>,
     /// Whether the fixes that follow from leading fixes were applied; they are not if other fixes do harm.
     pub is_followed: bool,
     /// If they were, the map without them, and its findings.

@@ -230,6 +230,11 @@ pub enum Condition {
         /// How many there are of the right kind.
         count: usize,
     },
+    /// Regulatory element: it has no members at all, and its subtype needs some.
+    WithoutMembers {
+        /// The subtype.
+        subtype: Text,
+    },
     /// Regulatory element: a sign without `subtype`, or no sign and no `sign_type` either; creation throws.
     SignWithoutType {
         /// `traffic_sign` or `speed_limit`.

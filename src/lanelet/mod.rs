@@ -10,6 +10,7 @@ mod element_roles;
 mod fault;
 mod from_osm;
 pub mod index;
+pub mod lane_change;
 pub mod locate;
 pub mod number;
 mod open;
@@ -19,6 +20,7 @@ mod primitive_layer;
 mod projector_info;
 pub mod referrers;
 pub mod right_of_way;
+pub mod routing_pairs;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};

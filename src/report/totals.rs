@@ -1,5 +1,6 @@
 //! How many findings there are, by severity and by code.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
@@ -7,12 +8,12 @@ use serde::Serialize;
 
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// Count of one code.
+/// Count of one code and one severity.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct CodeTotal {
     /// Rule and slug.
     pub code: String,
-    /// The worst severity among them.
+    /// Their severity: a code that is graded by size has a row for each.
     pub severity: Severity,
     /// How many were found.
     pub count: usize,
@@ -27,7 +28,7 @@ pub struct Totals {
     pub warnings: usize,
     /// Of severity info.
     pub infos: usize,
-    /// By code, the most frequent first, equal ones by code.
+    /// By code and severity, the most frequent first, equal ones by code, the worse severity first.
     pub codes: Vec<CodeTotal>,
 }
 
@@ -35,21 +36,20 @@ impl Totals {
     /// Counts findings.
     pub fn of(diagnostics: &[Diagnostic]) -> Self {
         let mut totals = Self::default();
-        let mut codes: BTreeMap<&str, (Severity, usize)> = BTreeMap::new();
+        let mut codes: BTreeMap<(&str, Reverse<Severity>), usize> = BTreeMap::new();
         for diagnostic in diagnostics {
             match diagnostic.severity {
                 Severity::Error => totals.errors += 1,
                 Severity::Warning => totals.warnings += 1,
                 Severity::Info => totals.infos += 1,
             }
-            let entry = codes.entry(&diagnostic.code).or_insert((diagnostic.severity, 0));
-            *entry = (entry.0.max(diagnostic.severity), entry.1 + 1);
+            *codes.entry((&diagnostic.code, Reverse(diagnostic.severity))).or_default() += 1;
         }
         totals.codes = codes
             .into_iter()
-            .map(|(code, (severity, count))| CodeTotal { code: code.to_owned(), severity, count })
+            .map(|((code, Reverse(severity)), count)| CodeTotal { code: code.to_owned(), severity, count })
             .collect();
-        totals.codes.sort_by_key(|total| std::cmp::Reverse(total.count));
+        totals.codes.sort_by_key(|total| Reverse(total.count));
         totals
     }
 

@@ -3,7 +3,7 @@
 use crate::diagnostic::Edit;
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::index::{HEADING_REACH, MapIndex};
-use crate::lanelet::{LineStringId, PointId};
+use crate::lanelet::{LaneletMap, LineStringId, PointId};
 
 /// An explicit centre line.
 #[derive(Clone, Debug)]
@@ -54,9 +54,45 @@ impl OwnCenterline {
     }
 }
 
-/// The edit that puts the end of a centre line into the middle between the two points of an edge.
-pub fn centred(point: PointId, edge: [PointId; 2]) -> Edit {
-    Edit::PlaceBetween { point: point.0, from: edge[0].0, to: edge[1].0, share: 0.5 }
+/// An end of a centre line moves no farther (m) than this: a line that ends elsewhere was drawn so.
+const FARTHEST: f64 = 0.5;
+/// A line may bend more than before by this angle (deg) where its end is moved: so much is within what is measured.
+const MORE_BEND: f64 = 1.0;
+
+/// The edit that puts the end of a centre line onto an edge of its lanelet, at the nearest place: where across the lane the line runs is
+/// its drawer's matter. `None` if that moves it far or bends it more.
+pub fn moved_onto(map: &LaneletMap, line: LineStringId, end: PointId, edge: [PointId; 2]) -> Option<Edit> {
+    let place = |id| map.points.get(id).map(|point| point.position);
+    let (left, right, at) = (place(edge[0])?, place(edge[1])?, place(end)?);
+    let along = right - left;
+    let share = ((at - left).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    put(map, line, end, edge, share)
+}
+
+/// The edit that puts the end of a centre line into the middle of an edge; `None` if that moves it far or bends it more.
+pub fn centred(map: &LaneletMap, line: LineStringId, end: PointId, edge: [PointId; 2]) -> Option<Edit> {
+    put(map, line, end, edge, 0.5)
+}
+
+fn put(map: &LaneletMap, line: LineStringId, end: PointId, edge: [PointId; 2], share: f64) -> Option<Edit> {
+    let place = |id| map.points.get(id).map(|point| point.position);
+    let (left, right) = (place(edge[0])?, place(edge[1])?);
+    let to = left + (right - left) * share;
+    let points: Vec<PointId> = map.linestrings.get(line)?.points.clone();
+    let before: Vec<Point> = points.iter().filter_map(|&id| place(id)).collect();
+    let after: Vec<Point> = points.iter().filter_map(|&id| if id == end { Some(to) } else { place(id) }).collect();
+    let is_smooth = sharpest(&after) <= sharpest(&before) + MORE_BEND;
+    let edit = Edit::PlaceBetween { point: end.0, from: edge[0].0, to: edge[1].0, share };
+    ((to - place(end)?).norm() <= FARTHEST && is_smooth).then_some(edit)
+}
+
+/// The sharpest bend at a vertex, degrees.
+fn sharpest(points: &[Point]) -> f64 {
+    let bends = points.windows(3).filter_map(|three| match three {
+        [a, b, c] => Some(angle_between(b - a, c - b).abs().to_degrees()).filter(|bend| bend.is_finite()),
+        _ => None,
+    });
+    bends.fold(0.0, f64::max)
 }
 
 /// The heading of a line over its first or last metres.

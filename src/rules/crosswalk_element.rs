@@ -1,6 +1,8 @@
 //! Edits on crosswalk elements: which lanelets a crosswalk's element belongs to, and which crosswalk an element is for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, polygon};
@@ -17,31 +19,58 @@ const CROSSES: f64 = 0.1;
 /// A stop line farther (m) before a crosswalk belongs to something else.
 const BEFORE: f64 = 8.0;
 
-/// An element to be created.
+/// Elements to be created.
 pub struct Creation {
     /// What is done, in one line.
     pub title: String,
-    /// The edit.
-    pub edit: Edit,
+    /// The edits.
+    pub edits: Vec<Edit>,
 }
 
-/// The element of a crosswalk, with the stop lines before it, for the lanelets for cars across it; `None` where there are none.
+/// The elements of a crosswalk for the lanelets for cars across it: one for those that stop at one line, so that each direction has its
+/// own, and one for those of a direction that have none; `None` where no lanelet crosses it.
 pub fn creation(map: &MapIndex, crosswalk: &Seen) -> Option<Creation> {
     let across = lanes_across(map, crosswalk);
     if across.is_empty() {
         return None;
     }
-    let mut members = vec![("refers".into(), Subject::Lanelet(crosswalk.id().0))];
-    let lines = stop_lines_before(map, &across);
-    members.extend(lines.iter().map(|line| ("ref_line".into(), Subject::LineString(line.0))));
-    let referrers: Vec<i64> = across.iter().map(|&(lane, _)| map.lanes[lane].id.0).collect();
-    let stop = match lines.len() {
-        0 => String::new(),
-        1 => format!(", with stop line {}", lines[0]),
-        count => format!(", with {count} stop lines"),
+    let mut groups: BTreeMap<(Option<LineStringId>, bool), Vec<usize>> = BTreeMap::new();
+    let along = |lane: usize| {
+        let first = across.first().and_then(|&(first, _)| map.lanes[first].heading_in());
+        first.zip(map.lanes[lane].heading_in()).is_none_or(|(one, other)| one.dot(&other) >= 0.0)
     };
-    let title = format!("create the crosswalk element for {} across it{stop}", counted(referrers.len(), "lanelet"));
-    Some(Creation { title, edit: Edit::CreateRegulatoryElement { subtype: "crosswalk".into(), members, referrers } })
+    let stops = stop_lines_before(map, &across);
+    for &(lane, _) in &across {
+        let line = stops.get(&lane).copied();
+        groups.entry((line, line.is_none() && along(lane))).or_default().push(lane);
+    }
+    // Lanes without a line of their own join those of their direction that have one.
+    for is_along in [false, true] {
+        let with_line = groups.iter().find(|((line, _), lanes)| {
+            line.is_some() && lanes.first().is_some_and(|&lane| along(lane) == is_along)
+        });
+        let Some(key) = with_line.map(|(key, _)| *key) else { continue };
+        let without = groups.remove(&(None, is_along)).unwrap_or_default();
+        groups.entry(key).or_default().extend(without);
+    }
+    let edits = groups.iter().map(|((line, _), lanes)| {
+        let mut members = vec![("refers".into(), Subject::Lanelet(crosswalk.id().0))];
+        members.extend(line.map(|line| ("ref_line".into(), Subject::LineString(line.0))));
+        let referrers = lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
+        Edit::CreateRegulatoryElement { subtype: "crosswalk".into(), members, referrers }
+    });
+    let edits: Vec<Edit> = edits.collect();
+    let lines: Vec<LineStringId> = groups.keys().filter_map(|(line, _)| *line).collect();
+    let stop = match lines[..] {
+        [] => String::new(),
+        [line] => format!(", with stop line {line}"),
+        _ => format!(", with {} stop lines", lines.len()),
+    };
+    let what = match edits.len() {
+        1 => "the crosswalk element".to_owned(),
+        count => format!("{count} crosswalk elements"),
+    };
+    Some(Creation { title: format!("create {what} for {} across it{stop}", counted(across.len(), "lanelet")), edits })
 }
 
 /// Adds the edits by which an element refers, in place of `wrong`, to the only crosswalk without an element that its lanelets
@@ -89,7 +118,7 @@ pub fn divided(map: &MapIndex, finding: Finding, element: &RegulatoryElement, re
         edits.push(Edit::RemoveMember { on, role: "refers".into(), member: Subject::Lanelet(id.0) });
         if !named.contains(&id) {
             let Some(creation) = creation(map, other) else { return finding };
-            edits.push(creation.edit);
+            edits.extend(creation.edits);
         }
     }
     finding.fixed_by(format!("leave it crosswalk {} alone", own.id()), false, edits)
@@ -115,24 +144,26 @@ fn lanes_across(map: &MapIndex, crosswalk: &Seen) -> Vec<(usize, f64)> {
     over.collect()
 }
 
-/// The stop lines before a crosswalk on the lanes across it, or on those that lead to them.
-fn stop_lines_before(map: &MapIndex, across: &[(usize, f64)]) -> Vec<LineStringId> {
-    let mut lines = BTreeSet::new();
+/// For each lane across a crosswalk the nearest stop line before it, on the lane itself or on one that leads to it.
+fn stop_lines_before(map: &MapIndex, across: &[(usize, f64)]) -> FxHashMap<usize, LineStringId> {
+    let mut nearest: FxHashMap<usize, (f64, LineStringId)> = FxHashMap::default();
     let corners: Vec<Point> = across.iter().flat_map(|&(lane, _)| map.lanes[lane].extent).collect();
     let [low, high] = extent(&corners);
     let reach = nalgebra::Vector2::repeat(BEFORE);
     for line in map.stop_lines_near(low - reach, high + reach) {
         for crossing in crossings(map, &line, 0.0) {
-            let gap = across.iter().filter_map(|&(lane, entry)| {
+            for &(lane, entry) in across {
                 let on_it = (lane == crossing.lane).then_some(entry - crossing.station);
                 let before = map.follows(crossing.lane, lane);
                 let length = map.lanes[crossing.lane].length();
-                on_it.or(before.then_some(length - crossing.station + entry))
-            });
-            if gap.into_iter().any(|gap| (0.0..=BEFORE).contains(&gap)) {
-                lines.insert(line.way);
+                let gap = on_it.or(before.then_some(length - crossing.station + entry));
+                let Some(gap) = gap.filter(|gap| (0.0..=BEFORE).contains(gap)) else { continue };
+                let known = nearest.entry(lane).or_insert((gap, line.way));
+                if (gap, line.way) < *known {
+                    *known = (gap, line.way);
+                }
             }
         }
     }
-    lines.into_iter().collect()
+    nearest.into_iter().map(|(lane, (_, line))| (lane, line)).collect()
 }

@@ -42,16 +42,14 @@ fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Opt
     })
 }
 
-/// Adds the fix that gives a new id, here and in all references. The ids of regulatory elements are known outside the map,
-/// since traffic lights are distinguished by them, so that fix is unsafe.
+/// Adds the fix that gives a new id, here and in all references. The library loads such ids, and other files may know the old ones.
 fn renumbered(twice: &FxHashSet<Subject>, finding: Finding) -> Finding {
     let on = finding.subject;
     if twice.contains(&on) {
         return finding;
     }
-    let safe = !matches!(on, Subject::RegulatoryElement(_));
     let edits = vec![Edit::Renumber { on, nth: 0, referrers: None }];
-    finding.fixed_by("give it an id that is free, here and in all references", safe, edits)
+    finding.fixed_by("give it an id that is free, here and in all references", false, edits)
 }
 
 fn duplicate(subject: Subject, kind: ElementKind, count: usize, repeat: &Repeat) -> Finding {

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use crate::diagnostic::{Edit, Finding, Place, Subject, nearest};
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
     BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, RingFault,
@@ -19,8 +19,14 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let findings = map.faults.iter().filter_map(|fault| {
         let mut finding = finding(map, fault)?.standing_at(fault.span.clone());
         finding.fix = finding.fix.filter(|_| !shared.contains(&fault.subject));
-        let may_be_found = matches!(fault.condition, Condition::MemberCount { .. });
-        Some(if may_be_found { lost.found_again(finding) } else { finding })
+        let is_empty = matches!(fault.condition, Condition::WithoutMembers { .. });
+        let may_be_found = is_empty || matches!(fault.condition, Condition::MemberCount { .. });
+        let finding = if may_be_found { lost.found_again(finding) } else { finding };
+        if !is_empty || finding.fix.is_some() || shared.contains(&fault.subject) {
+            return Some(finding);
+        }
+        let edits = vec![Edit::Remove { subject: fault.subject }];
+        Some(finding.fixed_by("remove the element, which says nothing", true, edits))
     });
     findings.chain(reversed(map)).collect()
 }
@@ -163,6 +169,10 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         }
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
+            if fault.condition.is_unsaid() {
+                let message = format!("{subtype} {} has {count} stop lines; it loads, and the first one counts.", id_of(subject));
+                return Some(found("re-members", message).graded(Severity::Warning));
+            }
             let kind = limit.kind.as_str();
             let message =
                 format!("{subtype} {} needs {limit} {kind} with role {}, has {count}.", id_of(subject), limit.role);
@@ -173,6 +183,10 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
                 }
                 false => finding,
             }
+        }
+        Condition::WithoutMembers { subtype } => {
+            let message = format!("{subtype} {} has no members and does not load.", id_of(subject));
+            referrers(map, found("re-members", message))
         }
         Condition::SignWithoutType { subtype, sign } => {
             let message = match sign {

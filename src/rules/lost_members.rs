@@ -27,10 +27,13 @@ impl<'i, 'm> LostMembers<'i, 'm> {
     pub fn of(map: &'i MapIndex<'m>) -> Self {
         let mut elements: BTreeMap<i64, Lost> = BTreeMap::new();
         for fault in map.faults {
-            if let (Condition::MemberCount { subtype, limit, count: 0 }, Subject::RegulatoryElement(id)) =
-                (&fault.condition, fault.subject)
+            let subtype = match &fault.condition {
+                Condition::MemberCount { subtype, limit, count: 0 } if limit.role == "refers" => subtype,
+                Condition::WithoutMembers { subtype } => subtype,
+                _ => continue,
+            };
+            if let Subject::RegulatoryElement(id) = fault.subject
                 && ["traffic_light", "road_marking"].contains(&subtype.as_str())
-                && limit.role == "refers"
             {
                 elements.insert(id, Lost { subtype: subtype.to_string(), lanelets: Vec::new() });
             }

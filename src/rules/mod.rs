@@ -8,6 +8,7 @@ mod config;
 mod divided_lanelets;
 mod ends_at_stop_line;
 mod engine;
+mod exchanged_lights;
 mod far_lanes;
 mod geoid;
 mod health;

@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::number::leading_number;
 use crate::lanelet::{Condition, LoadFault, Point, PointId};
 
 use super::load::name;
@@ -53,11 +54,12 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
     Some(match &fault.condition {
         Condition::NoElevation => with_height(heights, found("no-ele", format!("{about} has no ele."))),
         Condition::BadElevation { found: value } => {
-            with_height(heights, found("no-ele", format!("ele={value} of {subject} is not a number.")))
+            let read = leading_number(value).unwrap_or(0.0);
+            with_height(heights, found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")))
         }
         Condition::BadCoordinate { meant } => {
             let finding =
-                found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."));
+                found("coordinate", format!("{about} has no usable latitude and longitude; of what is no number, the digits at its start are read."));
             match (meant, subject) {
                 (Some(place), Subject::Point(point)) => {
                     let edits = vec![Edit::SetPlace { point, place: *place }];

@@ -3,7 +3,18 @@
 use rustc_hash::FxHashMap;
 
 use crate::lanelet::Bound;
-use crate::lanelet::index::{MapIndex, allows_lane_change};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::lane_change::{LaneChange, Participant};
+
+/// A lane beside another one in the same direction.
+pub struct Beside {
+    /// Which one, as a position in `MapIndex::lanes`.
+    pub lane: usize,
+    /// Whether a vehicle may change into it.
+    pub may_leave: bool,
+    /// Whether a vehicle may change from it.
+    pub may_enter: bool,
+}
 
 /// The lanes for vehicles and their neighbours in the same direction. Lanes are positions in `MapIndex::lanes`.
 pub struct RoutingMoves<'m> {
@@ -24,51 +35,57 @@ impl<'m> RoutingMoves<'m> {
         moves
     }
 
-    fn across(&self, bound: Bound, lanes: &FxHashMap<Bound, Vec<usize>>) -> Vec<(usize, bool)> {
-        let open = self.map.map.linestrings.get(bound.line).is_some_and(allows_lane_change);
-        lanes.get(&bound).into_iter().flatten().map(|&other| (other, open)).collect()
+    /// The lanes over a bound of a lane; `is_left` says which one.
+    fn across(&self, bound: Bound, is_left: bool) -> Vec<Beside> {
+        let over = LaneChange::over(self.map.map, bound, Participant::Vehicle);
+        let [may_leave, may_enter] = match is_left {
+            true => [over.to_left, over.to_right],
+            false => [over.to_right, over.to_left],
+        };
+        let lanes = if is_left { &self.by_right } else { &self.by_left };
+        lanes.get(&bound).into_iter().flatten().map(|&lane| Beside { lane, may_leave, may_enter }).collect()
     }
 
-    /// Lanes beside one, and whether their common border may be crossed.
-    pub fn beside(&self, at: usize) -> Vec<(usize, bool)> {
+    /// Lanes beside one.
+    pub fn beside(&self, at: usize) -> Vec<Beside> {
         let lanelet = self.map.lanes[at].lanelet;
-        let mut found = self.across(lanelet.left, &self.by_right);
-        found.extend(self.across(lanelet.right, &self.by_left));
-        found.retain(|(other, _)| *other != at);
+        let mut found = self.across(lanelet.left, true);
+        found.extend(self.across(lanelet.right, false));
+        found.retain(|other| other.lane != at);
         found
     }
 
     /// Lanes beside one on its left, whatever their border.
     pub fn on_the_left(&self, at: usize) -> Vec<usize> {
-        self.across(self.map.lanes[at].lanelet.left, &self.by_right).into_iter().map(|(other, _)| other).collect()
+        self.across(self.map.lanes[at].lanelet.left, true).into_iter().map(|other| other.lane).collect()
     }
 
     /// Lanes beside one on its right, whatever their border.
     pub fn on_the_right(&self, at: usize) -> Vec<usize> {
-        self.across(self.map.lanes[at].lanelet.right, &self.by_left).into_iter().map(|(other, _)| other).collect()
+        self.across(self.map.lanes[at].lanelet.right, false).into_iter().map(|other| other.lane).collect()
     }
 
     /// Whether a vehicle can drive on from the end of a lane, or of one that it can change into.
     pub fn leads_on(&self, at: usize) -> bool {
-        self.reaches(at, |lane| !self.map.followers(lane).is_empty())
+        self.reaches(at, |other| other.may_leave, |lane| !self.map.followers(lane).is_empty())
     }
 
     /// Whether a vehicle can reach a lane from another one.
     pub fn is_led_to(&self, at: usize) -> bool {
-        self.reaches(at, |lane| !self.map.predecessors(lane).is_empty())
+        self.reaches(at, |other| other.may_enter, |lane| !self.map.predecessors(lane).is_empty())
     }
 
-    /// Whether this holds of a lane, or of any lane connected with it by lane changes.
-    fn reaches(&self, at: usize, holds: impl Fn(usize) -> bool) -> bool {
+    /// Whether this holds of a lane, or of any that lane changes lead to, or from.
+    fn reaches(&self, at: usize, is_open: fn(&Beside) -> bool, holds: impl Fn(usize) -> bool) -> bool {
         let mut seen = vec![at];
         let mut next = 0;
         while let Some(&lane) = seen.get(next) {
             if holds(lane) {
                 return true;
             }
-            for (other, open) in self.beside(lane) {
-                if open && !seen.contains(&other) {
-                    seen.push(other);
+            for other in self.beside(lane).into_iter().filter(is_open) {
+                if !seen.contains(&other.lane) {
+                    seen.push(other.lane);
                 }
             }
             next += 1;

@@ -62,14 +62,14 @@ impl<'m> TwoWay<'m> {
         Some(Edit::CreateOpposite { lanelet: lanelet.id.0, elements: elements.map(|id| id.0).collect() })
     }
 
-    /// The edits that make a lanelet one-way, and whether they follow from the file for certain.
+    /// The edits that make a lanelet one-way, and whether they draw the lanelet of the other direction.
     pub fn edits(&self, lanelet: &Lanelet) -> (Vec<Edit>, bool) {
         let on = Subject::Lanelet(lanelet.id.0);
         let set = Edit::SetTag { on, key: "one_way".into(), value: "yes".into() };
         match self.opposite(lanelet) {
             // The copy is made of the lanelet as it was.
-            Some(create) => (vec![create, set], false),
-            None => (vec![set], true),
+            Some(create) => (vec![create, set], true),
+            None => (vec![set], false),
         }
     }
 }

@@ -4,12 +4,13 @@ use std::collections::VecDeque;
 
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::{Edit, Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::routing_pairs::may_pass;
 use crate::lanelet::{Lanelet, LaneletId};
 
 use super::NoParams;
-use super::two_way::TwoWay;
+use super::two_way::{TwoWay, is_two_way};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -30,15 +31,26 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         }
         if !lanelet.attributes.is("one_way", "yes") {
             let message = format!("Road lanelet {id} has {}; it must be yes.", said("one_way"));
-            let (edits, safe) = two_way.get_or_insert_with(|| TwoWay::of(map)).edits(lanelet);
-            let title = match safe {
-                true => "set one_way=yes",
-                false => "set one_way=yes and draw the lanelet of the other direction between the same bounds",
+            let finding = Finding::new("one-way", on, message);
+            let says_nothing = !lanelet.attributes.has("one_way");
+            // A vehicle takes a lanelet that says nothing for one-way.
+            let finding = if says_nothing { finding.graded(Severity::Warning) } else { finding };
+            let (edits, draws) = two_way.get_or_insert_with(|| TwoWay::of(map)).edits(lanelet);
+            let title = match (draws, is_two_way(lanelet)) {
+                (true, _) => "set one_way=yes and draw the lanelet of the other direction between the same bounds",
+                (false, true) => "set one_way=yes: nobody may drive back on it any more, and no lane leads on that way",
+                (false, false) => "set one_way=yes",
             };
-            findings.push(Finding::new("one-way", on, message).fixed_by(title, safe, edits));
+            let walked = may_pass(lanelet, "pedestrian") || lanelet.attributes.iter().any(|(key, _)| is_for_some(key));
+            findings.push(finding.fixed_by(title, says_nothing && !walked, edits));
         }
     }
     findings
+}
+
+/// Whether a tag says for whom a lanelet is one-way.
+fn is_for_some(key: &str) -> bool {
+    key.starts_with("one_way:")
 }
 
 /// Where a lanelet says it lies, in one of the two words that count.

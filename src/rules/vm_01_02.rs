@@ -6,8 +6,9 @@ use rustc_hash::FxHashSet;
 
 use serde::Deserialize;
 
-use crate::diagnostic::{Edit, Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::lane_change::{LaneChange, Participant, SIDES, is_said_by_side};
 use crate::lanelet::{Attributes, Bound, Lanelet, LaneletId, LineStringId};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -63,16 +64,17 @@ fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option
         Some("road_border") => parts_bicycles(map, line),
         _ => false,
     };
-    if !is_open || tags.get("lane_change").is_some() {
+    if !is_open || tags.has("lane_change") || is_said_by_side(tags) {
         return None;
     }
     let on = Subject::LineString(line.0);
     let message =
         format!("Linestring {line} at the side of a lane does not say whether it may be crossed; its paint decides.");
     let finding = Finding::new("lane-change-implied", on, message).with(Subject::Lanelet(lanelet.0), "lane");
-    let value = value_of_paint(tags);
-    let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
-    Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), true, edits))
+    Some(match as_painted(line, tags) {
+        Some((title, edit)) => finding.fixed_by(title, true, vec![edit]),
+        None => finding,
+    })
 }
 
 /// Whether a line parts a lane for cars from one for bicycles.
@@ -85,22 +87,64 @@ fn parts_bicycles(map: &MapIndex, line: LineStringId) -> bool {
 
 fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
     let tags = &map.map.linestrings.get(line)?.attributes;
+    let on = Subject::LineString(line.0);
+    let found = |fault, message: String| Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
     let (fault, what) = match tags.get("lane_change") {
-        Some("yes" | "no") => return None,
+        Some("yes" | "no") => return hidden_sides(tags).map(|what| found("lane-change-hidden", format!("On linestring {line} {what}"))),
+        None if is_said_by_side(tags) => {
+            return half_said(tags).map(|(what, severity)| {
+                found("lane-change-half", format!("On linestring {line} {what}")).graded(severity)
+            });
+        }
         None => ("lane-change-missing", "no lane_change".to_owned()),
         Some(value) => ("lane-change-invalid", format!("lane_change={value}")),
     };
-    let on = Subject::LineString(line.0);
     let message = format!("Linestring {line} between two lanes of one direction has {what}; it must be yes or no.");
-    let finding = Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
     // The value that Lanelet2 reads from the paint, so that no route changes. An existing value may have another meaning.
-    let (value, safe) = (value_of_paint(tags), fault == "lane-change-missing");
-    let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
-    Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), safe, edits))
+    let safe = fault == "lane-change-missing";
+    let (title, edit) = as_painted(line, tags).unwrap_or_else(|| {
+        let edit = Edit::RemoveTag { on, key: "lane_change".into() };
+        ("remove lane_change: its paint says from which side it may be crossed".to_owned(), edit)
+    });
+    Some(found(fault, message).fixed_by(title, safe, vec![edit]))
 }
 
-/// The `lane_change` that Lanelet2 reads from the paint: `yes` over a dashed line.
-pub fn value_of_paint(tags: &Attributes) -> &'static str {
-    let dashed = matches!(tags.get("type"), Some("line_thin" | "line_thick")) && tags.is("subtype", "dashed");
-    if dashed { "yes" } else { "no" }
+/// What is wrong with tags of the sides beside `lane_change`, which Lanelet2 does not read there; `None` if they say the same.
+fn hidden_sides(tags: &Attributes) -> Option<String> {
+    let value = tags.get("lane_change")?;
+    let other = SIDES.iter().find_map(|key| Some((key, tags.get(key).filter(|said| *said != value)?)));
+    other.map(|(key, said)| format!("{key}={said} does not count beside lane_change={value}."))
+}
+
+/// What is wrong with a tag of one side alone, where the paint says otherwise, and how bad that is: the side that is not named is closed,
+/// and `lane_change:left=no` is not read.
+fn half_said(tags: &Attributes) -> Option<(String, Severity)> {
+    let paint = LaneChange::of_paint(tags, Participant::Vehicle);
+    let [left, right] = SIDES;
+    match SIDES.map(|key| tags.get(key)) {
+        [Some("no" | "false" | "0"), None] if paint.to_left => {
+            let message = format!("{left}=no is not read without {right}: the line is crossed to the left, as its paint says.");
+            Some((message, Severity::Warning))
+        }
+        [Some("yes" | "true" | "1"), None] if paint.to_right => {
+            Some((format!("a missing {right} beside {left} means no, though the paint is open."), Severity::Info))
+        }
+        [None, Some(_)] if paint.to_left => {
+            Some((format!("a missing {left} beside {right} means no, though the paint is open."), Severity::Info))
+        }
+        _ => None,
+    }
+}
+
+/// The edit that says what the paint says, and its title; `None` for paint that is open to one side.
+fn as_painted(line: LineStringId, tags: &Attributes) -> Option<(String, Edit)> {
+    let value = LaneChange::of_paint(tags, Participant::Vehicle).as_value()?;
+    let edit = Edit::SetTag { on: Subject::LineString(line.0), key: "lane_change".into(), value: value.into() };
+    Some((format!("set lane_change={value}, as its paint says"), edit))
+}
+
+/// The edit by which a line that says nothing of lane changes says what its paint says; `None` if it says it, by side or for both.
+pub fn said_as_painted(line: LineStringId, tags: &Attributes) -> Option<Edit> {
+    let is_said = matches!(tags.get("lane_change"), Some("yes" | "no")) || is_said_by_side(tags);
+    as_painted(line, tags).filter(|_| !is_said).map(|(_, edit)| edit)
 }

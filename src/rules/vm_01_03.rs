@@ -88,9 +88,8 @@ fn one_way_of(map: &MapIndex, lanes: [usize; 2]) -> Option<(LineStringId, Vec<Ed
     let tags = &map.map.linestrings.get(way)?.attributes;
     let [one, other] = lanes.map(|lane| map.lanes[lane].heading_in());
     let is_asked = one.zip(other).is_some_and(|(one, other)| one.dot(&other) > 0.0) && !tags.is("type", "virtual");
-    if is_asked && !matches!(tags.get("lane_change"), Some("yes" | "no")) {
-        let (on, value) = (Subject::LineString(way.0), vm_01_02::value_of_paint(tags));
-        edits.push(Edit::SetTag { on, key: "lane_change".into(), value: value.into() });
+    if is_asked {
+        edits.extend(vm_01_02::said_as_painted(way, tags));
     }
     Some((way, edits))
 }

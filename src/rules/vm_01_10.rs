@@ -2,13 +2,13 @@
 
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
 use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
 
-use super::centerline_ends::centred;
+use super::centerline_ends::moved_onto;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,9 +42,12 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
         let message = format!("Centre line {id} of lanelet {name} ends {far:.2} m from the lanelet's edge.");
         let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
         let ends =
-            [(0, first.id, start), (1, last.id, end)].into_iter().filter(|(at, ..)| off[*at] > params.planar_threshold);
-        let edits = ends.map(|(_, id, [left, right])| centred(id, [left.id, right.id])).collect();
-        findings.push(finding.fixed_by("put its ends into the middle of the lanelet's edges", false, edits));
+            [(0, first.id, start.map(|point| point.id)), (1, last.id, end.map(|point| point.id))].into_iter().filter(|(at, ..)| off[*at] > params.planar_threshold);
+        let edits: Option<Vec<Edit>> = ends.map(|(_, end, edge)| moved_onto(view.map, id, end, edge)).collect();
+        findings.push(match edits {
+            Some(edits) => finding.fixed_by("move its ends onto the lanelet's edges", false, edits),
+            None => finding,
+        });
     }
     let ring = polygon::to_geo(&seen.outline);
     let inner = points.get(1..points.len() - 1).unwrap_or_default();

@@ -55,13 +55,13 @@ fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnCenterline, end:
             "Centre line {} of lanelet {} {word} {off:.2} m beside the middle; lanelet {} has none and is driven there.",
             own.way, at.id, neighbour.id
         );
-        let edits = vec![centred(own.ends[usize::from(end == End::Stop)], edge.ids)];
+        let moved = centred(map.map, own.way, own.ends[usize::from(end == End::Stop)], edge.ids);
         let finding = finding("off-middle", message).measured(off, params.off, "m");
-        return Some(finding.fixed_by(
-            format!("let it {} in the middle", if end == End::Start { "begin" } else { "end" }),
-            false,
-            edits,
-        ));
+        let title = format!("let it {} in the middle", if end == End::Start { "begin" } else { "end" });
+        return Some(match moved {
+            Some(edit) => finding.fixed_by(title, false, vec![edit]),
+            None => finding,
+        });
     }
     let middle = neighbour.center.as_ref()?;
     let (turn, unavoidable) = match end {

@@ -8,6 +8,7 @@ use crate::geometry::{Point, Polyline, polygon, segment_crossing};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RegulatoryElement};
 
+use super::exchanged_lights::exchanges;
 use super::stop_line_crossings;
 use super::stop_line_crossings::{StopLineCrossing, line_of_lanes};
 
@@ -25,10 +26,13 @@ const JUDGED: [&str; 3] = ["traffic_light", "traffic_sign", "crosswalk"];
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let elements = map.map.regulatory_elements.iter();
     let judged = elements.filter(|element| JUDGED.contains(&element.subtype.as_str()));
-    judged.flat_map(|element| judge(map, params, element)).collect()
+    let exchanged: FxHashSet<_> = exchanges(map).into_iter().flat_map(|one| one.elements).collect();
+    let judged = judged.flat_map(|element| judge(map, params, element, exchanged.contains(&element.id)));
+    judged.collect()
 }
 
-fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Finding> {
+/// Judges the stop lines of an element. Where its references are exchanged with those of another, its line is the right one.
+fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement, is_exchanged: bool) -> Vec<Finding> {
     let referrers = map.referrers(element.id).iter().filter_map(|&id| map.lane(id));
     let referrers: Vec<usize> = referrers.filter(|&lane| map.lanes[lane].is_for_cars()).collect();
     // A light of people on foot has no vehicle that could pass a line.
@@ -43,7 +47,10 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
             let on: Vec<&StopLineCrossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
             if on.is_empty() {
                 let finding = off_lane(element, line.way, line.ends);
-                return Some(with_own_line(map, finding, element, line.way, &referrers));
+                return Some(match is_exchanged {
+                    true => finding,
+                    false => with_own_line(map, finding, element, line.way, &referrers),
+                });
             }
             behind(map, params, element, line.way, &on)
         })

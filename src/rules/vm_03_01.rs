@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
+use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked, declared_area};
 use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
@@ -179,8 +180,23 @@ fn turn_without_area(
     };
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {
         Some((_, fix)) => Finding { fix: fix.clone(), ..finding },
+        None if !conflicts && lane.is_some_and(|lane| is_alone(map, lane)) => {
+            let message = format!("Lanelet {} has turn_direction, but no lane crosses, joins or leaves it.", lanelet.id);
+            let edits = vec![Edit::RemoveTag { on: finding.subject, key: "turn_direction".into() }];
+            Finding { message, ..finding }.fixed_by("remove the tag turn_direction", false, edits)
+        }
         None => finding,
     })
+}
+
+/// Whether a lane is a bend or a straight of a road: none branches off beside it, and none joins it.
+fn is_alone(map: &MapIndex, lane: usize) -> bool {
+    let only = |lanes: &[usize]| lanes.len() <= 1;
+    let (before, behind) = (map.predecessors(lane), map.followers(lane));
+    only(before)
+        && only(behind)
+        && before.iter().all(|&before| only(map.followers(before)))
+        && behind.iter().all(|&behind| only(map.predecessors(behind)))
 }
 
 /// The intersections without an area, each with what marks it.
@@ -255,7 +271,7 @@ fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
     bounds.dedup();
     let untold = |way: &LineStringId| {
         let tags = map.map.linestrings.get(*way).map(|line| &line.attributes);
-        tags.is_some_and(|tags| tags.is("type", "virtual") && tags.get("lane_change").is_none())
+        tags.is_some_and(|tags| tags.is("type", "virtual") && !tags.has("lane_change") && !is_said_by_side(tags))
     };
     let closed = bounds.into_iter().filter(untold).map(|way| Edit::SetTag {
         on: Subject::LineString(way.0),

@@ -1,13 +1,15 @@
 //! vm-03-02: lanelets of an intersection say where they turn, and their bounds are not painted.
 
-use std::collections::BinaryHeap;
+use std::collections::{BTreeSet, BinaryHeap};
 
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::lanelet::index::{Lane, MapIndex, allows_lane_change};
-use crate::lanelet::{Attributes, LineString, TurnDirection};
+use crate::lanelet::index::{Intersection, Lane, MapIndex, allows_lane_change};
+use crate::lanelet::{Attributes, LineString, LineStringId, TurnDirection};
+
+use super::routing_moves::RoutingMoves;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -43,15 +45,17 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             findings.push(Finding::new("turn-signal-distance", subject, message));
         }
     }
+    let moves = RoutingMoves::new(map);
     for lane in 0..map.lanes.len() {
         if !map.intersections_of(lane).is_empty() {
             findings.extend(judge_label(map, params, lane));
             if map.has_area(lane) {
-                findings.extend(judge_bounds(map, &map.lanes[lane]));
+                findings.extend(judge_bounds(map, &moves, &map.lanes[lane]));
             }
             findings.extend(judge_blinker(map, params, lane));
         }
     }
+    findings.extend(map.intersections.iter().filter_map(|one| painted_bounds(map, one)));
     findings
 }
 
@@ -110,7 +114,7 @@ fn relabelled(map: &MapIndex, params: &Params, at: usize, finding: Finding) -> F
     finding.fixed_by(format!("set turn_direction={label}"), true, edits)
 }
 
-fn judge_bounds(map: &MapIndex, lane: &Lane) -> Vec<Finding> {
+fn judge_bounds(map: &MapIndex, moves: &RoutingMoves, lane: &Lane) -> Vec<Finding> {
     let mut findings = Vec::new();
     let sides = [("left", &lane.left), ("right", &lane.right)];
     for (way, (side, points)) in lane.bounds.into_iter().zip(sides) {
@@ -124,17 +128,56 @@ fn judge_bounds(map: &MapIndex, lane: &Lane) -> Vec<Finding> {
                 "{side} bound {way} of intersection lanelet {} has {kind}; expected type virtual or road_border.",
                 lane.id
             );
-            let finding = found("bound-type", message);
-            findings.push(if is_painted(line) { finding } else { retyped(finding, Subject::LineString(way.0)) });
+            // Painted bounds are told of by intersection.
+            if !is_painted(line) {
+                findings.push(retyped(found("bound-type", message), Subject::LineString(way.0)));
+            }
         }
         if allows_lane_change(line) {
             let message = format!("{side} bound {way} of intersection lanelet {} allows a lane change.", lane.id);
-            let on = Subject::LineString(way.0);
-            let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: "no".into() }];
-            findings.push(found("lane-change-in-ia", message).fixed_by("set lane_change=no", true, edits));
+            findings.push(closed(map, moves, found("lane-change-in-ia", message), lane, way));
         }
     }
     findings
+}
+
+/// Adds the edit that forbids lane changes over a bound. Where vehicles change lanes there now, it needs a look; where that is the only way
+/// into a lane or out of it, there is none.
+fn closed(map: &MapIndex, moves: &RoutingMoves, finding: Finding, lane: &Lane, way: LineStringId) -> Finding {
+    let Some(at) = map.lane(lane.id) else { return finding };
+    let over = moves.beside(at).into_iter().filter(|other| map.lanes[other.lane].bounds.contains(&way));
+    let others: Vec<usize> = over.filter(|other| other.may_leave || other.may_enter).map(|other| other.lane).collect();
+    let needs = |lane: usize| map.predecessors(lane).is_empty() || map.followers(lane).is_empty();
+    let is_needed = others.iter().chain([&at]).any(|&lane| needs(lane)) && !others.is_empty();
+    let finding = others.iter().fold(finding, |finding, &other| finding.with(Subject::Lanelet(map.lanes[other].id.0), "lane beside"));
+    if is_needed {
+        return finding;
+    }
+    let on = Subject::LineString(way.0);
+    let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: "no".into() }];
+    finding.fixed_by("set lane_change=no", others.is_empty(), edits)
+}
+
+/// The painted bounds of the lanelets of one area, told of once.
+fn painted_bounds(map: &MapIndex, intersection: &Intersection) -> Option<Finding> {
+    let area = intersection.area?;
+    let painted = |way: &LineStringId| {
+        let line = map.map.linestrings.get(*way);
+        line.is_some_and(|line| unwanted_type(line).is_some() && is_painted(line))
+    };
+    let ways: BTreeSet<LineStringId> =
+        intersection.members.iter().flat_map(|member| map.lanes[member.lane].bounds).filter(painted).collect();
+    let first = *ways.first()?;
+    let kind = map.map.linestrings.get(first).and_then(unwanted_type).unwrap_or_default();
+    let message = match ways.len() {
+        1 => format!("Bound {first} in intersection area {area} has {kind}; expected type virtual or road_border."),
+        count => format!(
+            "{count} bounds of lanelets in intersection area {area} are painted, {first} the first with {kind}; expected type \
+             virtual or road_border."
+        ),
+    };
+    let finding = Finding::new("bound-type", Subject::Polygon(area.0), message);
+    Some(ways.iter().fold(finding, |finding, way| finding.with(Subject::LineString(way.0), "painted bound")))
 }
 
 fn retyped(finding: Finding, on: Subject) -> Finding {

@@ -1,6 +1,6 @@
 //! vm-04-02: a traffic light hangs left to right as its driver sees it, and has the height of one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -9,6 +9,8 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View, spot};
 use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
+
+use super::exchanged_lights::{Exchange, FRONT, exchanges};
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;
@@ -24,7 +26,10 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
     let usual = usual_height(map, params);
     let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params, usual)).collect();
-    findings.extend(facing(map.view()));
+    let exchanges = exchanges(map);
+    findings.extend(exchanges.iter().map(Exchange::finding));
+    let exchanged = exchanges.iter().flat_map(|one| one.bodies.iter().copied()).collect();
+    findings.extend(facing(map.view(), &exchanged));
     findings
 }
 
@@ -62,10 +67,28 @@ fn height(line: &LineString, params: &Params, usual: f64) -> Option<Finding> {
     })
 }
 
-/// Which way the lights hang, seen from where the lanelets that obey them start.
-fn facing(view: &View) -> Vec<Finding> {
+/// Which side of a light somebody sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sight {
+    Front,
+    Back,
+    Side,
+}
+
+impl Sight {
+    fn of(cosine: f64) -> Self {
+        match cosine {
+            _ if cosine > FRONT => Self::Front,
+            _ if cosine < -FRONT => Self::Back,
+            _ => Self::Side,
+        }
+    }
+}
+
+/// Which way the lights hang, seen from where the lanelets that obey them start; those that are `exchanged` are told of already.
+fn facing(view: &View, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let mut seen_from: BTreeMap<LineStringId, Vec<bool>> = BTreeMap::new();
+    let mut seen_from: BTreeMap<LineStringId, Vec<Sight>> = BTreeMap::new();
     for light in view.elements("traffic_light") {
         let mut edges = view.referrers(light.id).iter().filter_map(|&at| edge(view, light, &view.lanelets[at]));
         let Some(first) = edges.next() else { continue };
@@ -84,20 +107,26 @@ fn facing(view: &View) -> Vec<Finding> {
             let points = view.points(body);
             let along = points.first().zip(points.last()).map(|(a, b)| spot(b) - spot(a));
             let Some(cosine) = along.and_then(|along| cosine(first, along)) else { continue };
-            seen_from.entry(id).or_default().push(cosine > 0.0);
+            seen_from.entry(id).or_default().push(Sight::of(cosine));
         }
     }
-    for (id, right) in seen_from {
+    for (id, seen) in seen_from.into_iter().filter(|(id, _)| !exchanged.contains(id)) {
         let subject = Subject::LineString(id.0);
-        if right.iter().all(|right| !right) {
+        let all = |sight: Sight| seen.iter().all(|one| *one == sight);
+        if all(Sight::Front) {
+            continue;
+        }
+        findings.push(if all(Sight::Back) {
             let message = format!("Traffic light {id} hangs right to left for those who obey it.");
             let edits = vec![Edit::ReverseWay { way: subject }];
-            findings.push(Finding::new("reversed", subject, message).fixed_by("turn the way around", false, edits));
-        } else if right.contains(&false) {
-            let message =
-                format!("Traffic light {id} hangs left to right for some who obey it, right to left for others.");
-            findings.push(Finding::new("both-ways", subject, message));
-        }
+            Finding::new("reversed", subject, message).fixed_by("turn the way around", false, edits)
+        } else if seen.contains(&Sight::Front) {
+            let message = format!("Traffic light {id} shows its front to some who obey it and not to others.");
+            Finding::new("both-ways", subject, message)
+        } else {
+            let message = format!("Traffic light {id} stands across the approach of those who obey it.");
+            Finding::new("sideways", subject, message)
+        });
     }
     findings
 }

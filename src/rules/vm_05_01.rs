@@ -47,7 +47,7 @@ fn unreferenced(map: &MapIndex, crosswalk: &Seen) -> Finding {
     let message = format!("Crosswalk {id} belongs to no crosswalk element.");
     let finding = Finding::new("unreferenced", Subject::Lanelet(id.0), message);
     let Some(element) = crosswalk_element::creation(map, crosswalk) else { return finding };
-    let edits = walking_allowed(map, id).into_iter().chain([element.edit]).collect();
+    let edits = walking_allowed(map, id).into_iter().chain(element.edits).collect();
     finding.fixed_by(element.title, false, edits)
 }
 

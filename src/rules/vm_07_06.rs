@@ -26,7 +26,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 
 /// A lane that begins beside one that comes from somewhere, and that no lane change leads into.
 fn added(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> Option<Finding> {
-    let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.is_led_to(other))?;
+    let beside = moves.beside(at).into_iter().map(|other| other.lane).find(|&other| moves.is_led_to(other))?;
     if !map.predecessors(at).is_empty() || loose(map, params, at, &map.lanes[at].start) || crossed(map, moves, at, true)
     {
         return None;
@@ -39,7 +39,7 @@ fn added(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> Op
 
 /// A lane that ends beside one that goes on, and that no lane change leads out of.
 fn dropped(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> Option<Finding> {
-    let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.leads_on(other))?;
+    let beside = moves.beside(at).into_iter().map(|other| other.lane).find(|&other| moves.leads_on(other))?;
     if !map.followers(at).is_empty() || loose(map, params, at, &map.lanes[at].end) || crossed(map, moves, at, false) {
         return None;
     }
@@ -72,7 +72,7 @@ fn crossed(map: &MapIndex, moves: &RoutingMoves, first: usize, forward: bool) ->
     let mut next = 0;
     while let Some(&at) = pieces.get(next) {
         next += 1;
-        if moves.beside(at).iter().any(|(_, open)| *open) {
+        if moves.beside(at).iter().any(|other| if forward { other.may_enter } else { other.may_leave }) {
             return true;
         }
         let behind = if forward { map.followers(at) } else { map.predecessors(at) };

@@ -214,7 +214,7 @@ fn the_file_of_the_projector_is_written_beside_the_map() {
     // Local coordinates alone: only the file can say so.
     let text = fs::read_to_string(root().join("tests/rules/vm-03-08/good.osm")).unwrap();
     fs::write(&map, text.lines().map(with_local_place).collect::<Vec<_>>().join("\n")).unwrap();
-    let fixed = |unsafe_too| lanewright::fix(map.clone(), &FixOptions { unsafe_too, ..FixOptions::default() }).unwrap();
+    let fixed = |unsafe_too: bool| lanewright::fix(map.clone(), &FixOptions { scope: unsafe_too.into(), ..FixOptions::default() }).unwrap();
     assert!(!fixed(false).diff().contains("projector_type"), "heights are taken from the ellipsoid: it needs a look");
     let all = fixed(true);
     assert!(all.diff().contains("+projector_type: Local"), "{}", all.diff());
@@ -234,4 +234,40 @@ fn with_local_place(line: &str) -> String {
     let (x, y) = ((lon - 139.72) * 90_000.0, (lat - 35.25) * 111_000.0);
     let head = &line[..line.find(" lat=").unwrap()];
     format!("{head}><tag k=\"local_x\" v=\"{x:.3}\"/><tag k=\"local_y\" v=\"{y:.3}\"/><tag k=\"ele\" v=\"10\"/></node>")
+}
+
+/// A lanelet of 20 m with a racing line of its own, of which the last point lies 0.2 m off the end: moved onto the edge, the line keeps
+/// its course.
+#[test]
+fn a_racing_line_keeps_its_course() {
+    let mut map = Drawing::default();
+    for (column, lon) in (0_i64..).zip([0.0, 0.0002]) {
+        map.node(10 + column, [0.00003, lon], "ele=0");
+        map.node(20 + column, [0.0, lon], "ele=0");
+    }
+    for (at, [lat, lon]) in (0_i64..).zip([[0.000004, 0.0], [0.000006, 0.0001], [0.000024, 0.000198]]) {
+        map.node(30 + at, [lat, lon], "ele=0");
+    }
+    map.way(40, [10, 11], "type=road_border");
+    map.way(41, [20, 21], "type=road_border");
+    map.way(42, [30, 31, 32], "");
+    let tags = "type=lanelet subtype=road one_way=yes location=urban speed_limit=30";
+    map.relation(50, &[("left", 40), ("right", 41), ("centerline", 42)], tags);
+    let found = judge(&loaded(&map.data()), &Settings::default());
+    let off = found.iter().find(|one| one.code == "vm-01-10/end-off").unwrap();
+    let [Edit::PlaceBetween { point: 32, from: 11, to: 21, share }] = edits(off) else { panic!("{off:?}") };
+    assert!((share - 0.2).abs() < 0.01, "it stays where it lies across the lane: {share}");
+}
+
+/// Of each kind that `fix` takes away or leaves alone: an element without members goes, ids that are not positive stay unless asked for.
+#[test]
+fn safe_fixes_leave_ids_alone() {
+    let path = root().join("tests/rules/ids/bad-range.osm");
+    let fixed = |scope: lanewright::fix::Scope| {
+        lanewright::fix(path.clone(), &FixOptions { scope, ..FixOptions::default() }).unwrap().mended
+    };
+    let is_ids = |one: &lanewright::fix::Mend| one.code == "ids/range";
+    let scope = lanewright::fix::Scope::default();
+    assert!(!fixed(scope).done.iter().any(is_ids), "only where somebody asks for it");
+    assert!(fixed(scope.naming(&["ids".to_owned()])).done.iter().any(is_ids));
 }

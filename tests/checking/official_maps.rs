@@ -49,6 +49,7 @@ fn official_maps_load_but_for_one_road_marking_without_line() {
         assert_eq!(found.len(), 2 * broken, "{name}: {found:?}");
         let without_line = |c: &Condition| match c {
             Condition::MemberCount { subtype, limit, count: 0 } => subtype == "road_marking" && limit.role == "refers",
+            Condition::WithoutMembers { subtype } => subtype == "road_marking",
             _ => false,
         };
         assert_eq!(found.iter().filter(|f| without_line(&f.condition)).count(), broken, "{name}: {found:?}");

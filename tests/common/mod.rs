@@ -6,6 +6,7 @@ pub mod drawing;
 pub mod judging;
 pub mod needs;
 pub mod program;
+pub mod routes;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -32,6 +32,30 @@ pub const KINDS: &[Kind] = &[
         map.relation(before).members.push(relation_member(light, "regulatory_element"));
         Some(vec![light])
     }),
+    kind("exchange the lights of two approaches that cross", &["vm-04-02/exchanged"], |_, map, dice| {
+        let [one, other] = dice.pick(crossing_lights(map))?;
+        let bodies = |id: i64| -> Vec<Member> {
+            let members = map.relations.iter().filter(|relation| relation.id == id).flat_map(|one| &one.members);
+            members.filter(|member| member.role != "ref_line").cloned().collect()
+        };
+        for (id, fresh) in [(one, bodies(other)), (other, bodies(one))] {
+            let element = map.relation(id);
+            element.members.retain(|member| member.role == "ref_line");
+            element.members.extend(fresh);
+        }
+        Some(vec![one, other])
+    }),
+    kind("let two approaches that cross obey each other's light", &["vm-04-02/exchanged"], |_, map, dice| {
+        let [one, other] = dice.pick(crossing_lights(map))?;
+        let [ours, theirs] = [one, other].map(|id| map.referrers(id));
+        for (lanelets, old, new) in [(ours, one, other), (theirs, other, one)] {
+            for lanelet in lanelets {
+                let members = &mut map.relation(lanelet).members;
+                members.iter_mut().filter(|member| member.id == old).for_each(|member| member.id = new);
+            }
+        }
+        Some(vec![one, other])
+    }),
     kind("hang a second light on a lanelet", &["vm-03-04/signal-multi"], |_, map, dice| {
         let (light, lanelet) = dice.pick(lights(map))?;
         let (other, _) = dice.pick(lights(map).into_iter().filter(|(other, _)| *other != light))?;
@@ -165,6 +189,27 @@ pub const KINDS: &[Kind] = &[
 ];
 
 /// Lights with the movements that refer to them.
+/// Pairs of elements that are the only ones of their approaches, with lights for vehicles that look across each other.
+fn crossing_lights(map: &Draft) -> Vec<[i64; 2]> {
+    let is_for_drivers = |id: &i64| {
+        let way = map.ways.iter().find(|way| way.id == *id);
+        way.is_some_and(|way| way.tags.is("subtype", "red_yellow_green"))
+    };
+    let along = |element: &Relation| {
+        let body = map.line(members(element, "refers").find(is_for_drivers)?);
+        Some(*body.last()? - *body.first()?)
+    };
+    let looks: Vec<(i64, Vector)> = map
+        .elements("traffic_light")
+        .filter(|element| !map.referrers(element.id).is_empty() && members(element, "ref_line").next().is_some())
+        .filter_map(|element| Some((element.id, along(element)?)))
+        .collect();
+    let cross = |a: Vector, b: Vector| (a.dot(&b) / (a.norm() * b.norm())).abs() < 0.4;
+    let pairs = looks.iter().enumerate().flat_map(|(at, one)| looks.iter().skip(at + 1).map(move |other| (one, other)));
+    pairs.filter(|(one, other)| cross(one.1, other.1)).map(|(one, other)| [one.0, other.0]).collect()
+}
+
+/// A traffic light's element and a lanelet that obeys it.
 fn lights(map: &Draft) -> Vec<(i64, i64)> {
     let light = |lanelet: &Relation| Some((map.element_of(lanelet, "traffic_light")?, lanelet.id));
     map.movements().filter(|lanelet| lanelet.tags.is("subtype", "road")).filter_map(light).collect()

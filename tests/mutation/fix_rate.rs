@@ -36,6 +36,8 @@ const ALL: &[&str] = &[
     "forget a whole intersection",
     "write a speed with its unit",
     "turn a light around",
+    "exchange the lights of two approaches that cross",
+    "let two approaches that cross obey each other's light",
     "drop a light's height",
     "drop lane_change between lanes",
     "drop lane_change of a middle line",

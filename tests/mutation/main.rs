@@ -21,6 +21,7 @@ mod loading;
 mod projector;
 mod reach;
 mod restoring;
+mod safe_routes;
 mod roads;
 mod tags;
 

@@ -1,6 +1,7 @@
 //! The paint along the edges of lanes: by tags, the country, and the kinds of the lanes.
 
 use crate::lanelet::Attributes;
+use crate::lanelet::lane_change::SIDES;
 use crate::osm::{Tags, Text};
 
 use super::cross_section::{CrossSection, Strip, StripKind, Travel};
@@ -80,11 +81,11 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     }
     let (paint, change, opposed) = match lanes_beside(section, edge) {
         Some([left, right]) if same_way(left, right) => {
-            let (paint, change) = between_lanes(may_change(left, right, left.kind == right.kind), tags);
-            (paint, change, false)
+            let change = may_change(left, right, left.kind == right.kind);
+            (between_lanes(change, tags), change, false)
         }
-        Some(sides) => (between_directions(section, sides, tags, country), "no", true),
-        None => (EdgePaint::One(Solid), "no", false),
+        Some(sides) => (between_directions(section, sides, tags, country), [false, false], true),
+        None => (EdgePaint::One(Solid), [false, false], false),
     };
     let [kind, subtype] = paint.names(inverted);
     let mut marking = Attributes::of(&[("type", kind)]);
@@ -94,8 +95,22 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
             marking.push("color", "yellow");
         }
     }
-    marking.push("lane_change", change);
+    tell_change(&mut marking, change, inverted);
     marking
+}
+
+/// Says who may change lanes over a border: from its left to its right and back, along the road. Beside `lane_change` Lanelet2 reads
+/// neither the tags of the sides nor the paint, so that a border open to one side has the tags of the sides alone.
+fn tell_change(marking: &mut Attributes, [to_right, to_left]: [bool; 2], inverted: bool) {
+    let said = |open: bool| if open { "yes" } else { "no" };
+    if to_right == to_left {
+        marking.push("lane_change", said(to_right));
+        return;
+    }
+    let [left, right] = if inverted { [to_right, to_left] } else { [to_left, to_right] };
+    for (key, open) in SIDES.into_iter().zip([left, right]) {
+        marking.push(key, said(open));
+    }
 }
 
 /// The Lanelet2 tags of a bound inside an intersection, where nothing is painted and vehicles keep their lane.
@@ -138,10 +153,12 @@ fn is_behind_kerb(tags: &Tags, left: bool) -> bool {
 /// `change:lanes` allows them; `None` if the paint is the same as elsewhere.
 pub fn before_stop(section: &CrossSection, edge: usize, tags: &Tags, inverted: bool) -> Option<Attributes> {
     let [left, right] = lanes_beside(section, edge).filter(|[left, right]| same_way(left, right))?;
-    let [(elsewhere, _), (paint, change)] =
-        [left.kind == right.kind, false].map(|usual| between_lanes(may_change(left, right, usual), tags));
+    let change = may_change(left, right, false);
+    let elsewhere = between_lanes(may_change(left, right, left.kind == right.kind), tags);
+    let paint = between_lanes(change, tags);
     let [kind, subtype] = paint.names(inverted);
-    let marking = Attributes::of(&[("type", kind), ("subtype", subtype), ("lane_change", change)]);
+    let mut marking = Attributes::of(&[("type", kind), ("subtype", subtype)]);
+    tell_change(&mut marking, change, inverted);
     (paint != elsewhere).then_some(marking)
 }
 
@@ -155,16 +172,15 @@ fn same_way(left: &Strip, right: &Strip) -> bool {
     left.travel == right.travel && left.travel != Travel::Both
 }
 
-/// The paint between lanes of one direction, dashed on the side from which vehicles may change, and the tag `lane_change`.
-fn between_lanes(change: [bool; 2], tags: &Tags) -> (EdgePaint, &'static str) {
+/// The paint between lanes of one direction, dashed on the side from which vehicles may change.
+fn between_lanes(change: [bool; 2], tags: &Tags) -> EdgePaint {
     let paint = match change {
         [true, true] => EdgePaint::One(Dashed),
         [true, false] => EdgePaint::Two([Dashed, Solid]),
         [false, true] => EdgePaint::Two([Solid, Dashed]),
         [false, false] => EdgePaint::One(Solid),
     };
-    let paint = if tags.is("lane_markings", "no") { EdgePaint::None } else { paint };
-    (paint, if change == [true, true] { "yes" } else { "no" })
+    if tags.is("lane_markings", "no") { EdgePaint::None } else { paint }
 }
 
 /// Whether vehicles may change from the left strip (seen along the line) to the right one, and back: by `change:lanes`, else
@@ -336,12 +352,13 @@ mod tests {
         let mut one_sided = section("<<");
         // Vehicles may not change from the outer lane to the inner lane on its left.
         one_sided.strips[1].change = [Some(false), None];
-        let subtype = |inverted: bool| {
+        let said = |inverted: bool| {
             let marking = marking(&one_sided, 2, &Tags::default(), None, inverted);
-            marking.get("subtype").map(str::to_owned)
+            let of = |key: &str| marking.get(key).unwrap_or("-").to_owned();
+            ["subtype", "lane_change", "lane_change:left", "lane_change:right"].map(of).join(" ")
         };
-        assert_eq!(subtype(false).as_deref(), Some("solid_dashed"));
-        assert_eq!(subtype(true).as_deref(), Some("dashed_solid"), "seen in the direction of the lanes");
+        assert_eq!(said(false), "solid_dashed - yes no");
+        assert_eq!(said(true), "dashed_solid - no yes", "seen in the direction of the lanes");
     }
 
     #[test]

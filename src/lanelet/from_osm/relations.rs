@@ -287,7 +287,12 @@ impl Loader<'_> {
                 self.fault(subject, &relation.span, condition);
             }
         }
-        self.loaded.faults.len() == before
+        let is_created = self.loaded.faults.len() == before;
+        if !is_created && relation.members.is_empty() {
+            self.loaded.faults.truncate(before);
+            self.fault(subject, &relation.span, Condition::WithoutMembers { subtype: subtype.clone() });
+        }
+        is_created
     }
 
     /// Tells a lanelet its regulatory elements.

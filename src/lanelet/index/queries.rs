@@ -1,6 +1,7 @@
 //! What rules ask about single primitives.
 
 use super::{Intersection, Lane, MapIndex};
+use crate::lanelet::lane_change::{LaneChange, Participant};
 use crate::lanelet::{LaneletId, LaneletMap, LineString, Polygon, PolygonId, RegulatoryElement, TurnDirection};
 
 impl MapIndex<'_> {
@@ -91,13 +92,7 @@ pub fn is_road_border(line: &LineString) -> bool {
     line.attributes.is("type", "road_border") || line.attributes.is("subtype", "road_border")
 }
 
-/// Whether Autoware lets a vehicle change lanes across a line: by its tag, else by its paint.
+/// Whether Autoware lets a vehicle change lanes across a line, to one side at least.
 pub fn allows_lane_change(line: &LineString) -> bool {
-    match line.attributes.get("lane_change") {
-        Some(value) => matches!(value, "yes" | "true" | "1"),
-        None => {
-            matches!(line.attributes.get("type"), Some("line_thin" | "line_thick"))
-                && line.attributes.is("subtype", "dashed")
-        }
-    }
+    LaneChange::of(&line.attributes, Participant::Vehicle).any()
 }

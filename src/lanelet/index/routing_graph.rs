@@ -2,9 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
-use super::allows_lane_change;
 use super::drawn_centerline::length_for_routes;
 use super::view::{Seen, View};
+use crate::lanelet::lane_change::{LaneChange, Participant};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PointId};
 
 /// The participant and the traffic rules of a graph: Lanelet2's rules of a country, or the validator's own.
@@ -27,6 +27,14 @@ impl Rules {
         match self {
             Self::Car | Self::AnyLane => "vehicle",
             Self::Pedestrian => "pedestrian",
+        }
+    }
+
+    /// Who changes lanes.
+    fn who(self) -> Participant {
+        match self {
+            Self::Car | Self::AnyLane => Participant::Vehicle,
+            Self::Pedestrian => Participant::Pedestrian,
         }
     }
 
@@ -116,6 +124,7 @@ impl Vertex {
 #[derive(Debug)]
 pub struct Graph<'v, 'm> {
     view: &'v View<'m>,
+    rules: Rules,
     vertices: Vec<Vertex>,
     /// For every lanelet its vertex, if it may be passed.
     of: Vec<Option<usize>>,
@@ -140,6 +149,7 @@ impl<'v, 'm> Graph<'v, 'm> {
         }
         Self {
             view,
+            rules,
             of,
             by_start: grouped(vertices.iter().map(|vertex| vertex.start)),
             by_end: grouped(vertices.iter().map(|vertex| vertex.end)),
@@ -189,7 +199,7 @@ impl<'v, 'm> Graph<'v, 'm> {
 
     /// What lies to the left (0) or to the right (1) over a bound that may not be changed over.
     fn beside(&self, at: usize, side: usize) -> impl Iterator<Item = &Vertex> {
-        let own = self.vertex(at).map(|vertex| [vertex.left, vertex.right][side]).filter(|&own| !self.changeable(own));
+        let own = self.vertex(at).map(|vertex| [vertex.left, vertex.right][side]).filter(|&own| !self.is_open(own, side == 0));
         let others = own.and_then(|own| [&self.by_right, &self.by_left][side].get(&own));
         others.into_iter().flatten().map(|&other| &self.vertices[other]).filter(move |other| other.seen != at)
     }
@@ -202,21 +212,23 @@ impl<'v, 'm> Graph<'v, 'm> {
             let vertex = |&&at: &&usize| (self.vertices[at].inverted, rank[self.vertices[at].seen]);
             others.into_iter().flatten().filter(|&&at| self.vertices[at].seen != x).max_by_key(vertex).copied()
         };
-        let beside = |side: Side, others: Option<&Vec<usize>>| {
-            !self.changeable(side) || last(others).is_some_and(|at| self.of[y] == Some(at))
+        let beside = |side: Side, to_left: bool, others: Option<&Vec<usize>>| {
+            !self.is_open(side, to_left) || last(others).is_some_and(|at| self.of[y] == Some(at))
         };
         a.end == b.start
             || b.end == a.start
-            || (a.left == b.right && beside(a.left, self.by_right.get(&a.left)))
-            || (a.right == b.left && beside(a.right, self.by_left.get(&a.right)))
+            || (a.left == b.right && beside(a.left, true, self.by_right.get(&a.left)))
+            || (a.right == b.left && beside(a.right, false, self.by_left.get(&a.right)))
     }
 
     fn vertex(&self, at: usize) -> Option<&Vertex> {
         Some(&self.vertices[self.of[at]?])
     }
 
-    fn changeable(&self, (line, _): Side) -> bool {
-        self.view.map.linestrings.get(line).is_some_and(allows_lane_change)
+    /// Whether a bound may be crossed to the left, or to the right, as its lanelet sees it.
+    fn is_open(&self, (line, inverted): Side, to_left: bool) -> bool {
+        let over = LaneChange::over(self.view.map, Bound { line, inverted }, self.rules.who());
+        if to_left { over.to_left } else { over.to_right }
     }
 
     /// Whether two lanelets conflict: both may be passed, their interiors meet, they have no bound in common, neither follows the

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use crate::lanelet::index::{MapIndex, allows_lane_change};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::lane_change::{LaneChange, Participant};
 
 /// More ids than this are counted, not listed, on a terminal.
 const MOST_LISTED: usize = 20;
@@ -103,7 +104,8 @@ fn edges(index: &MapIndex<'_>) -> Vec<Vec<usize>> {
         edges[at].extend(index.followers(at).iter().copied().filter(vehicle));
         for (own, theirs) in [(0, 1), (1, 0)] {
             let way = lane.bounds[own];
-            if index.map.linestrings.get(way).is_some_and(allows_lane_change) {
+            let over = |bound| LaneChange::over(index.map, bound, Participant::Vehicle);
+            if if own == 0 { over(lane.lanelet.left).to_left } else { over(lane.lanelet.right).to_right } {
                 // Who has the line on the other side drives the same way.
                 let beside = index.users_of(way).iter().copied();
                 edges[at].extend(beside.filter(vehicle).filter(|&b| b != at && index.lanes[b].bounds[theirs] == way));

@@ -16,7 +16,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
     for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
         let lane = &map.lanes[at];
         // What has a lane beside it that goes on is an added or a dropped lane: vm-07-06.
-        let alone = !moves.beside(at).iter().any(|&(other, _)| moves.leads_on(other) || moves.is_led_to(other));
+        let alone = !moves.beside(at).iter().any(|other| moves.leads_on(other.lane) || moves.is_led_to(other.lane));
         if !alone {
             continue;
         }

@@ -11,7 +11,8 @@ mod right_of_way;
 use rustc_hash::FxHashSet;
 
 use super::map_editor::drop_elements;
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement};
+use crate::lanelet::lane_change::{SIDES, is_said_by_side};
+use crate::lanelet::{Attributes, LaneletId, LaneletMap, LineStringId, RegulatoryElement};
 use crate::settings::Settings;
 
 /// The highest speed limit that the validator takes, km/h.
@@ -20,6 +21,7 @@ const SPEED_MOST: u32 = 80;
 /// Changes a map, and what is known of its intersections, as the validator reads the requirements.
 pub fn suit_validator(map: &mut LaneletMap, settings: &mut Settings) {
     lower_speed_limits(map);
+    close_one_sided_borders(map);
     drop_give_way_elements(map);
     retag_walkways(map);
     bus_lanes::retag_bus_lanes(map);
@@ -33,6 +35,16 @@ fn lower_speed_limits(map: &mut LaneletMap) {
         let limit = lanelet.attributes.get("speed_limit").and_then(|value| value.parse::<f64>().ok());
         if limit.is_some_and(|limit| limit > f64::from(SPEED_MOST)) {
             lanelet.attributes.set("speed_limit", SPEED_MOST.to_string());
+        }
+    }
+}
+
+/// Closes borders that are open to one side: the validator asks for `lane_change`, beside which the tags of the sides do not count.
+fn close_one_sided_borders(map: &mut LaneletMap) {
+    for line in map.linestrings.as_mut_slice() {
+        if is_said_by_side(&line.attributes) && SIDES.iter().any(|key| line.attributes.has(key)) {
+            let others: Vec<(&str, &str)> = line.attributes.iter().filter(|(key, _)| !SIDES.contains(key)).collect();
+            line.attributes = Attributes::of(&[&others[..], &[("lane_change", "no")]].concat());
         }
     }
 }
