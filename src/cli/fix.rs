@@ -9,8 +9,8 @@ use crate::report::failure::Failure;
 
 use super::args::CLEAN;
 use super::check_args::{ConfigArgs, SeverityArg};
-use super::{fix_pictures, fix_summary};
 use super::output::{self, Progress};
+use super::{fix_pictures, fix_summary};
 use clap::Args;
 
 /// Mend a Lanelet2 map in place, changing no more lines than necessary; a fix that causes a new error is not kept

@@ -73,7 +73,13 @@ fn grouped<'a>(what: &str, fixes: impl Iterator<Item = (&'a Mend, String)>) -> S
     let line = |group: &Vec<(&Mend, String)>| {
         let (first, more) = group.first()?;
         if group.len() == 1 {
-            return Some(format!("{what}[{}] {}: {}{}\n", first.code, first.subject, visible(&first.title), visible(more)));
+            return Some(format!(
+                "{what}[{}] {}: {}{}\n",
+                first.code,
+                first.subject,
+                visible(&first.title),
+                visible(more)
+            ));
         }
         let is_same = group.iter().all(|(mend, _)| mend.title == first.title);
         let title = if is_same { first.title.clone() } else { without_numbers(&first.title) };

@@ -30,7 +30,8 @@ pub fn of(before: &[Diagnostic], attempt: &Attempt) -> Vec<(usize, String)> {
         let more = balance.get(&at).copied().filter(|&more| more > 0)?;
         attempt.done.get(at).filter(|one| !one.fix.safe)?;
         let (code, message) = (&first.code, &first.finding.message);
-        let reason = format!("it brings {more} more warnings than it mends, --allow-warnings makes it; {code}: {message}");
+        let reason =
+            format!("it brings {more} more warnings than it mends, --allow-warnings makes it; {code}: {message}");
         Some((at, reason))
     });
     let mut worse: Vec<(usize, String)> = worse.collect();

@@ -85,7 +85,8 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
         for at in touching {
             let Route { who, how, from, to } = route;
             let now = if *is_won { "now" } else { "no longer" };
-            let reason = || format!("it changes a route: for {who}, {how} from lanelet {} to {} is {now} there", from.0, to.0);
+            let reason =
+                || format!("it changes a route: for {who}, {how} from lanelet {} to {} is {now} there", from.0, to.0);
             refused.entry(at).or_insert_with(reason);
         }
     }

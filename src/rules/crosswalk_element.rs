@@ -46,9 +46,9 @@ pub fn creation(map: &MapIndex, crosswalk: &Seen) -> Option<Creation> {
     }
     // Lanes without a line of their own join those of their direction that have one.
     for is_along in [false, true] {
-        let with_line = groups.iter().find(|((line, _), lanes)| {
-            line.is_some() && lanes.first().is_some_and(|&lane| along(lane) == is_along)
-        });
+        let with_line = groups
+            .iter()
+            .find(|((line, _), lanes)| line.is_some() && lanes.first().is_some_and(|&lane| along(lane) == is_along));
         let Some(key) = with_line.map(|(key, _)| *key) else { continue };
         let without = groups.remove(&(None, is_along)).unwrap_or_default();
         groups.entry(key).or_default().extend(without);

@@ -190,7 +190,9 @@ fn with_bodies(element: &RegulatoryElement, other: &RegulatoryElement) -> Vec<Ed
         Target::Polygon(id) => Subject::Polygon(id.0),
         Target::Lanelet(id) => Subject::Lanelet(id.0),
     };
-    let removed = bodies(element).into_iter().map(|one| Edit::RemoveMember { on, role: one.role, member: subject(one.target) });
-    let added = bodies(other).into_iter().map(|one| Edit::AddMember { on, role: one.role, member: subject(one.target) });
+    let removed =
+        bodies(element).into_iter().map(|one| Edit::RemoveMember { on, role: one.role, member: subject(one.target) });
+    let added =
+        bodies(other).into_iter().map(|one| Edit::AddMember { on, role: one.role, member: subject(one.target) });
     removed.chain(added).collect()
 }

@@ -170,7 +170,8 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
             if fault.condition.is_unsaid() {
-                let message = format!("{subtype} {} has {count} stop lines; it loads, and the first one counts.", id_of(subject));
+                let message =
+                    format!("{subtype} {} has {count} stop lines; it loads, and the first one counts.", id_of(subject));
                 return Some(found("re-members", message).graded(Severity::Warning));
             }
             let kind = limit.kind.as_str();

@@ -55,11 +55,18 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
         Condition::NoElevation => with_height(heights, found("no-ele", format!("{about} has no ele."))),
         Condition::BadElevation { found: value } => {
             let read = leading_number(value).unwrap_or(0.0);
-            with_height(heights, found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")))
+            with_height(
+                heights,
+                found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")),
+            )
         }
         Condition::BadCoordinate { meant } => {
-            let finding =
-                found("coordinate", format!("{about} has no usable latitude and longitude; of what is no number, the digits at its start are read."));
+            let finding = found(
+                "coordinate",
+                format!(
+                    "{about} has no usable latitude and longitude; of what is no number, the digits at its start are read."
+                ),
+            );
             match (meant, subject) {
                 (Some(place), Subject::Point(point)) => {
                     let edits = vec![Edit::SetPlace { point, place: *place }];

@@ -90,7 +90,9 @@ fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Findi
     let on = Subject::LineString(line.0);
     let found = |fault, message: String| Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
     let (fault, what) = match tags.get("lane_change") {
-        Some("yes" | "no") => return hidden_sides(tags).map(|what| found("lane-change-hidden", format!("On linestring {line} {what}"))),
+        Some("yes" | "no") => {
+            return hidden_sides(tags).map(|what| found("lane-change-hidden", format!("On linestring {line} {what}")));
+        }
         None if is_said_by_side(tags) => {
             return half_said(tags).map(|(what, severity)| {
                 found("lane-change-half", format!("On linestring {line} {what}")).graded(severity)
@@ -123,7 +125,8 @@ fn half_said(tags: &Attributes) -> Option<(String, Severity)> {
     let [left, right] = SIDES;
     match SIDES.map(|key| tags.get(key)) {
         [Some("no" | "false" | "0"), None] if paint.to_left => {
-            let message = format!("{left}=no is not read without {right}: the line is crossed to the left, as its paint says.");
+            let message =
+                format!("{left}=no is not read without {right}: the line is crossed to the left, as its paint says.");
             Some((message, Severity::Warning))
         }
         [Some("yes" | "true" | "1"), None] if paint.to_right => {

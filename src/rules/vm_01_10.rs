@@ -41,8 +41,9 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
     if far > params.planar_threshold {
         let message = format!("Centre line {id} of lanelet {name} ends {far:.2} m from the lanelet's edge.");
         let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
-        let ends =
-            [(0, first.id, start.map(|point| point.id)), (1, last.id, end.map(|point| point.id))].into_iter().filter(|(at, ..)| off[*at] > params.planar_threshold);
+        let ends = [(0, first.id, start.map(|point| point.id)), (1, last.id, end.map(|point| point.id))]
+            .into_iter()
+            .filter(|(at, ..)| off[*at] > params.planar_threshold);
         let edits: Option<Vec<Edit>> = ends.map(|(_, end, edge)| moved_onto(view.map, id, end, edge)).collect();
         findings.push(match edits {
             Some(edits) => finding.fixed_by("move its ends onto the lanelet's edges", false, edits),

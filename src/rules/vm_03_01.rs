@@ -5,8 +5,8 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
-use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked, declared_area};
+use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
 
@@ -181,7 +181,8 @@ fn turn_without_area(
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {
         Some((_, fix)) => Finding { fix: fix.clone(), ..finding },
         None if !conflicts && lane.is_some_and(|lane| is_alone(map, lane)) => {
-            let message = format!("Lanelet {} has turn_direction, but no lane crosses, joins or leaves it.", lanelet.id);
+            let message =
+                format!("Lanelet {} has turn_direction, but no lane crosses, joins or leaves it.", lanelet.id);
             let edits = vec![Edit::RemoveTag { on: finding.subject, key: "turn_direction".into() }];
             Finding { message, ..finding }.fixed_by("remove the tag turn_direction", false, edits)
         }

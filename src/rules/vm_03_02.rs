@@ -149,7 +149,9 @@ fn closed(map: &MapIndex, moves: &RoutingMoves, finding: Finding, lane: &Lane, w
     let others: Vec<usize> = over.filter(|other| other.may_leave || other.may_enter).map(|other| other.lane).collect();
     let needs = |lane: usize| map.predecessors(lane).is_empty() || map.followers(lane).is_empty();
     let is_needed = others.iter().chain([&at]).any(|&lane| needs(lane)) && !others.is_empty();
-    let finding = others.iter().fold(finding, |finding, &other| finding.with(Subject::Lanelet(map.lanes[other].id.0), "lane beside"));
+    let finding = others
+        .iter()
+        .fold(finding, |finding, &other| finding.with(Subject::Lanelet(map.lanes[other].id.0), "lane beside"));
     if is_needed {
         return finding;
     }

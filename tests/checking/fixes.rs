@@ -214,7 +214,9 @@ fn the_file_of_the_projector_is_written_beside_the_map() {
     // Local coordinates alone: only the file can say so.
     let text = fs::read_to_string(root().join("tests/rules/vm-03-08/good.osm")).unwrap();
     fs::write(&map, text.lines().map(with_local_place).collect::<Vec<_>>().join("\n")).unwrap();
-    let fixed = |unsafe_too: bool| lanewright::fix(map.clone(), &FixOptions { scope: unsafe_too.into(), ..FixOptions::default() }).unwrap();
+    let fixed = |unsafe_too: bool| {
+        lanewright::fix(map.clone(), &FixOptions { scope: unsafe_too.into(), ..FixOptions::default() }).unwrap()
+    };
     assert!(!fixed(false).diff().contains("projector_type"), "heights are taken from the ellipsoid: it needs a look");
     let all = fixed(true);
     assert!(all.diff().contains("+projector_type: Local"), "{}", all.diff());

@@ -8,13 +8,29 @@ use crate::common::root;
 /// A claim of `lanelet2_claims.py`, the document that makes it, and its words there.
 const CLAIMS: [(&str, &str, &str); 13] = [
     ("dashed", "vm-01-02", "a dashed line may be crossed from both sides"),
-    ("one-sided paint", "vm-01-02", "`solid_dashed` to the left and `dashed_solid` to the right along the way as stored"),
+    (
+        "one-sided paint",
+        "vm-01-02",
+        "`solid_dashed` to the left and `dashed_solid` to the right along the way as stored",
+    ),
     ("other paint", "vm-01-02", "every other line by nobody"),
     ("lane_change alone", "vm-01-02", "Lanelet2 reads `lane_change` alone where it stands."),
     ("unnamed side", "vm-01-02", "the side that is not named is closed, whatever the paint says"),
-    ("left=no alone", "vm-01-02", "`lane_change:left=no` without `lane_change:right` does not count, and the paint does."),
-    ("both sides", "vm-01-02", "`lane_change:left` (to the left, along the way as stored) and `lane_change:right` instead"),
-    ("one_way=no", "vm-01-01", "With `one_way=no` (or `false`, `0`) Lanelet2 puts the lanelet into the routing graph twice"),
+    (
+        "left=no alone",
+        "vm-01-02",
+        "`lane_change:left=no` without `lane_change:right` does not count, and the paint does.",
+    ),
+    (
+        "both sides",
+        "vm-01-02",
+        "`lane_change:left` (to the left, along the way as stored) and `lane_change:right` instead",
+    ),
+    (
+        "one_way=no",
+        "vm-01-01",
+        "With `one_way=no` (or `false`, `0`) Lanelet2 puts the lanelet into the routing graph twice",
+    ),
     ("no one_way", "vm-01-01", "Without the tag a vehicle takes it for one-way, a pedestrian does not"),
     ("shared ways conflict", "vm-01-14", "two lanelets on each other conflict whether they share their ways or not"),
     ("leading digits", "node", "latitude `49,00003` as 49, `ele` of `1,5` as 1 and of `1.5 m` as 1.5"),

@@ -54,7 +54,8 @@ fn compare(maps: &[PathBuf]) {
         let sides: BTreeSet<[String; 3]> = real.iter().filter(side).map(key).collect();
         let more: Vec<_> = real.difference(&ours).collect();
         assert!(more.is_empty(), "{}: only the library has {more:?}", map.display());
-        let more: Vec<_> = ours.difference(&real).filter(|route| !side(route) || !sides.contains(&key(route))).collect();
+        let more: Vec<_> =
+            ours.difference(&real).filter(|route| !side(route) || !sides.contains(&key(route))).collect();
         assert!(more.is_empty(), "{}: only we have {more:?}", map.display());
     }
     assert!(compared > 100, "{compared} routes");
@@ -133,7 +134,8 @@ fn lane_changes_are_read_as_lanelet2_reads_them() {
 fn participants_and_directions_are_read_as_lanelet2_reads_them() {
     let dir = tempfile::tempdir().unwrap();
     let subtypes = ["", "road", "highway", "bicycle_lane", "play_street", "bus_lane", "emergency_lane", "exit"];
-    let more = ["walkway", "crosswalk", "stairs", "shared_walkway", "road_shoulder", "pedestrian_lane", "raod", "parking"];
+    let more =
+        ["walkway", "crosswalk", "stairs", "shared_walkway", "road_shoulder", "pedestrian_lane", "raod", "parking"];
     let mut kinds: Vec<String> = subtypes.iter().chain(&more).map(|kind| tag("subtype", kind)).collect();
     kinds.push(String::new());
     for value in ["yes", "no", "ture"] {

@@ -85,9 +85,10 @@ impl MendedFile {
 /// Mends each map and holds the real library's routes before and after against each other: what changed unasked, by map.
 pub fn changed_unasked(maps: &[PathBuf], scope: Scope) -> Option<Vec<String>> {
     let dir = tempfile::tempdir().unwrap();
-    let mended = maps.iter().enumerate().filter_map(|(at, map)| {
-        Some((map, MendedFile::of(map, &dir.path().join(at.to_string()), scope)?))
-    });
+    let mended = maps
+        .iter()
+        .enumerate()
+        .filter_map(|(at, map)| Some((map, MendedFile::of(map, &dir.path().join(at.to_string()), scope)?)));
     let mended: Vec<(&PathBuf, MendedFile)> = mended.collect();
     let files: Vec<PathBuf> = mended.iter().flat_map(|(_, one)| [one.before.clone(), one.after.clone()]).collect();
     let routes = real(&files)?;

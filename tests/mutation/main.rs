@@ -21,8 +21,8 @@ mod loading;
 mod projector;
 mod reach;
 mod restoring;
-mod safe_routes;
 mod roads;
+mod safe_routes;
 mod tags;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -199,7 +199,10 @@ impl<'v, 'm> Graph<'v, 'm> {
 
     /// What lies to the left (0) or to the right (1) over a bound that may not be changed over.
     fn beside(&self, at: usize, side: usize) -> impl Iterator<Item = &Vertex> {
-        let own = self.vertex(at).map(|vertex| [vertex.left, vertex.right][side]).filter(|&own| !self.is_open(own, side == 0));
+        let own = self
+            .vertex(at)
+            .map(|vertex| [vertex.left, vertex.right][side])
+            .filter(|&own| !self.is_open(own, side == 0));
         let others = own.and_then(|own| [&self.by_right, &self.by_left][side].get(&own));
         others.into_iter().flatten().map(|&other| &self.vertices[other]).filter(move |other| other.seen != at)
     }
