@@ -45,9 +45,9 @@ fn arrows(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec
             let lanes = own.movements.iter().map(|&x| map.lanes[traffic.movements[x].lane].id);
             let names: Vec<String> = lanes.clone().map(|lane| lane.to_string()).collect();
             let message = format!(
-                "Traffic light {id} rules only {} of the {} approach; it is taken to be green together with the others.",
+                "Traffic light {id} rules only {} of the {}; it is taken to be green together with the others.",
                 names.join(", "),
-                intersection.arms[*arm].compass
+                map.approach_name(intersection, *arm, true)
             );
             let finding = Finding::new("arrow", Subject::RegulatoryElement(id.0), message);
             findings.push(lanes.fold(finding, |finding, lane| finding.with(Subject::Lanelet(lane.0), "turn")));

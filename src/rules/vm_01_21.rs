@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
+use crate::lanelet::{LaneletId, RoadType};
 
-use super::{NoParams, lane_kinds};
+use super::{NoParams, lane_kinds, walkway};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
@@ -43,10 +43,21 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
                 let edits = vec![Edit::SetTag { on: lanelet, key: "subtype".into(), value: kind.into() }];
                 finding.fixed_by(format!("set subtype={kind} on {lanelet}, as the lanes around it"), false, edits)
             }
+            // A path along the road that is drawn as walkways is a strip for people on foot.
+            None if kind == "walkway" && fault == "follower" && !crosses_a_road(map, id) => {
+                walkway::as_pedestrian_lane(map, finding, id)
+            }
             None => finding,
         });
     }
     findings
+}
+
+/// Whether a walkway leads over an edge of a road lanelet.
+fn crosses_a_road(map: &MapIndex, id: LaneletId) -> bool {
+    let Some(walkway) = map.lane_of(id) else { return false };
+    let near = map.lanes_near(walkway.extent[0], walkway.extent[1]).into_iter().map(|lane| &map.lanes[lane]);
+    near.filter(|lane| lane.kind == RoadType::Road).any(|lane| walkway::leads_over(walkway, lane))
 }
 
 /// What kinds of lanes go before and after each.

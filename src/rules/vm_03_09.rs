@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
-use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
+use crate::lanelet::index::{Arm, ArmEdge, Intersection, Lane, MapIndex, StopLine};
 
 use super::ends_at_stop_line;
 use crate::lanelet::index::thresholds;
@@ -25,8 +25,9 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
         for arm in &intersection.arms {
             let inward = arm.edges.iter().filter(|edge| edge.inward);
-            for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
-                findings.extend(judge_start(map, params, lane));
+            for edge in inward.clone() {
+                let starts = edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane));
+                findings.extend(one_for_the_entrance(starts.collect()));
             }
             // A line on which its own lanes do not start tells nothing about the exits.
             let aligned = |edge: &ArmEdge| {
@@ -39,6 +40,17 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
             findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
         }
+    }
+    findings
+}
+
+/// The findings of lanelets that start at one place, those without any stop line there as one.
+fn one_for_the_entrance(starts: Vec<Finding>) -> Vec<Finding> {
+    let is_bare = |finding: &Finding| finding.fault == "no-stop-line" && finding.fix.is_none();
+    let (bare, mut findings): (Vec<Finding>, Vec<Finding>) = starts.into_iter().partition(is_bare);
+    let mut bare = bare.into_iter();
+    if let Some(first) = bare.next() {
+        findings.push(bare.fold(first, |all, one| all.with(one.subject, "starts there, too")));
     }
     findings
 }
@@ -162,7 +174,8 @@ fn crosswalks_outside(map: &MapIndex, params: &Params, intersection: &Intersecti
             if !near || outside <= thresholds::REAL_AREA || outside <= of_edge.fold(0.0, f64::max) {
                 continue;
             }
-            let message = format!("Crosswalk {} lies on lane {} before the stop line.", crosswalk.id, lane.id);
+            let where_to = where_on(map, edge, lane, crosswalk);
+            let message = format!("Crosswalk {} lies on lane {} {where_to}.", crosswalk.id, lane.id);
             let finding = Finding::new("crosswalk-outside", Subject::Lanelet(crosswalk.id.0), message)
                 .with(Subject::Lanelet(lane.id.0), "approach")
                 .measured(outside, thresholds::REAL_AREA, "m2");
@@ -173,4 +186,14 @@ fn crosswalks_outside(map: &MapIndex, params: &Params, intersection: &Intersecti
         }
     }
     findings
+}
+
+/// Where a crosswalk lies on the lane before an intersection, in words.
+fn where_on(map: &MapIndex, edge: &ArmEdge, lane: &Lane, crosswalk: &Lane) -> &'static str {
+    let line = edge.lanes.iter().find_map(|&inner| map.stop_line_of(inner));
+    let Some((line, center)) = line.zip(lane.center.as_ref()) else { return "before the intersection" };
+    let station = |point: Point| center.project(point).station;
+    let near = crosswalk.outline.iter().map(|&corner| station(corner)).fold(f64::INFINITY, f64::min);
+    let stop = station(nalgebra::center(&line.ends[0], &line.ends[1]));
+    if stop <= near { "behind the stop line, outside the intersection" } else { "before the stop line" }
 }

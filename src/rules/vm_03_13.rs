@@ -119,13 +119,17 @@ fn judge_walkway(map: &MapIndex, params: &Params, at: usize, has_crosswalks: boo
         .into_iter()
         .filter(|&other| {
             let lane = &map.lanes[other];
-            lane.kind == RoadType::Road && lane.vehicle && lane.simple && crosses(map, params, at, other)
+            lane.kind == RoadType::Road
+                && lane.vehicle
+                && lane.simple
+                && walkway::leads_over(walkway, lane)
+                && crosses(map, params, at, other)
         })
         .map(|other| &map.lanes[other])
         .collect();
     if crossed.is_empty() {
         let message = format!("Walkway {} crosses no road lanelet.", walkway.id);
-        return vec![Finding::new("walkway-idle", subject, message)];
+        return vec![walkway::as_pedestrian_lane(map, Finding::new("walkway-idle", subject, message), walkway.id)];
     }
     let mut findings = Vec::new();
     findings.extend(walkway_short(params, walkway, &crossed));

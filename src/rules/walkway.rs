@@ -1,7 +1,7 @@
 //! Walkways: which piece of one lies on lanes, and who may use it.
 
-use crate::diagnostic::{Edit, Subject};
-use crate::geometry::{Point, polygon};
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::geometry::{Point, polygon, segment_crossing};
 use crate::lanelet::LaneletId;
 use crate::lanelet::index::{Lane, MapIndex};
 
@@ -17,6 +17,24 @@ pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>
     });
     let [first, last] = stations.fold([f64::INFINITY, 0.0_f64], |[a, b], s| [a.min(s), b.max(s)]);
     first.is_finite().then_some([first, last])
+}
+
+/// Whether the middle of a walkway leads over an edge of a lane: a pavement beside the lane may overlap it a little and does not.
+pub fn leads_over(walkway: &Lane, lane: &Lane) -> bool {
+    let Some(center) = &walkway.center else { return false };
+    let crosses = |edge: &[Point]| {
+        let pieces = edge.iter().zip(edge.iter().skip(1));
+        pieces.into_iter().any(|(&c, &d)| center.segments().any(|(a, b)| segment_crossing(a, b, c, d).is_some()))
+    };
+    crosses(&lane.left) || crosses(&lane.right)
+}
+
+/// The finding with the fix that makes a strip at the side of the road of a walkway, on which people go along and not across.
+pub fn as_pedestrian_lane(map: &MapIndex, finding: Finding, id: LaneletId) -> Finding {
+    let on = Subject::Lanelet(id.0);
+    let set = Edit::SetTag { on, key: "subtype".into(), value: "pedestrian_lane".into() };
+    let edits = walking_allowed(map, id).into_iter().chain([set]).collect();
+    finding.fixed_by("set subtype=pedestrian_lane, for people who walk along the road", false, edits)
 }
 
 /// The edit that lets people on foot use a lanelet that does not say whether they may, as each lanelet of a crosswalk element has to.

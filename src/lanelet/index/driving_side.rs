@@ -8,6 +8,9 @@ use crate::geometry::cross;
 use crate::lanelet::{LineStringId, PointId, RoadType};
 use crate::settings::{Settings, Side};
 
+/// Two lanes of opposite directions lie beside each other where their middles are farther apart than this share (1) of the narrower one.
+const ON_EACH_OTHER: f64 = 0.4;
+
 /// The votes for either side: one for each pair of opposite lanes that share their inner bound, and one for each approach with
 /// lanes in both directions. Two lanelets of opposite directions between the same ways lie on neither side and do not vote.
 pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &Settings) -> SideVotes {
@@ -30,7 +33,9 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         let Some(heading) = arm.heading_in else { continue };
         let side = cross(heading, outward.edge.middle() - inward.edge.middle());
         let Some(lane) = inward.lanes.first().and_then(|&lane| lanes.get(lane)) else { continue };
-        if side != 0.0 {
+        // Lanes that lie on each other, on a narrow road, lie on neither side.
+        let width = inward.edge.across().norm().min(outward.edge.across().norm());
+        if side.abs() > ON_EACH_OTHER * width * heading.norm() {
             let side = if side < 0.0 { DrivingSide::Left } else { DrivingSide::Right };
             let on_one_road = inward.edge.ids.iter().any(|id| outward.edge.ids.contains(id));
             votes.add(SideVote { lane: lane.id, side, on_one_road });

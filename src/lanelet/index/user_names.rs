@@ -169,6 +169,23 @@ impl MapIndex<'_> {
         (0..movements.len()).filter(|&x| named.starts_at(&movements[x], name)).collect()
     }
 
+    /// An approach in words: its side, and where another approach lies on the same side the id of a lanelet by which `lanewright.toml` can
+    /// name it: one that leads in (`inward`) or out.
+    pub fn approach_name(&self, intersection: &Intersection, arm: usize, inward: bool) -> String {
+        let Some(own) = intersection.arms.get(arm) else { return String::new() };
+        let side = own.compass;
+        if intersection.arms.iter().filter(|other| other.compass == side).count() < 2 {
+            return format!("{side} approach");
+        }
+        let edges = own.edges.iter().filter(|edge| edge.inward == inward).chain(&own.edges);
+        let inside = edges.filter_map(|edge| Some((edge.inward, *edge.lanes.first()?))).next();
+        let name = inside.map(|(inward, lane)| {
+            let outside = if inward { self.predecessors(lane) } else { self.followers(lane) };
+            self.lanes[outside.first().copied().unwrap_or(lane)].id
+        });
+        name.map_or_else(|| format!("{side} approach"), |id| format!("{side} approach (lanelet {id})"))
+    }
+
     /// The approaches of an intersection that a name means, by position.
     pub fn approaches_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
         let movements = &self.traffic[intersection].movements;

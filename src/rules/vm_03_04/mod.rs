@@ -179,8 +179,8 @@ fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traf
             if leads_to(to) || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
                 continue;
             }
-            let [a, b] = [from, to].map(|arm| arms[arm].compass);
-            let message = format!("No lanelet from the {a} approach to the {b} approach of intersection {area}.");
+            let [a, b] = [(from, true), (to, false)].map(|(arm, inward)| map.approach_name(intersection, arm, inward));
+            let message = format!("No lanelet from the {a} to the {b} of intersection {area}.");
             let mut finding = Finding::new("movement-missing", Subject::Polygon(area.0), message);
             for (arm, inward, part) in [(from, true, "from"), (to, false, "to")] {
                 let edges = arms[arm].edges.iter().filter(|edge| edge.inward == inward);
