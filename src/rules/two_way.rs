@@ -29,13 +29,15 @@ impl<'m> TwoWay<'m> {
     pub fn of(map: &'m MapIndex<'m>) -> Self {
         let (mut starts, mut ends) = (FxHashSet::default(), FxHashSet::default());
         let mut beside: FxHashMap<(usize, [PointId; 2]), usize> = FxHashMap::default();
-        for lane in map.lanes.iter().filter(|lane| lane.is_drivable()) {
-            for piece in pieces(map, lane.bounds) {
-                *beside.entry(piece).or_default() += 1;
-            }
+        let lanes = || map.lanes.iter().filter(|lane| lane.is_drivable());
+        for piece in lanes().flat_map(|lane| pieces(map, lane.bounds)) {
+            *beside.entry(piece).or_default() += 1;
+        }
+        for lane in lanes() {
             starts.insert(lane.start.ids);
             ends.insert(lane.end.ids);
-            if map.map.lanelets.get(lane.id).is_some_and(is_two_way) {
+            // Where a lane of the other direction lies beside it, nobody drives back on the lane itself.
+            if map.map.lanelets.get(lane.id).is_some_and(is_two_way) && !is_opposed(map, &beside, lane.bounds) {
                 starts.insert(turned(lane.end.ids));
                 ends.insert(turned(lane.start.ids));
             }
@@ -48,9 +50,7 @@ impl<'m> TwoWay<'m> {
     pub fn opposite(&self, lanelet: &Lanelet) -> Option<Edit> {
         let lane = self.map.lanes.get(self.map.lane(lanelet.id)?)?;
         let [start, end] = [lane.end.ids, lane.start.ids].map(turned);
-        // Two lanes that have a line on the same side of theirs are driven in opposite directions.
-        let is_shared = |piece| self.beside.get(&piece).is_some_and(|&lanes| lanes > 1);
-        let is_opposed = pieces(self.map, lane.bounds).any(is_shared);
+        let is_opposed = is_opposed(self.map, &self.beside, lane.bounds);
         let is_used = self.ends.contains(&start) || self.starts.contains(&end);
         if !is_two_way(lanelet) || lane.both_ways || is_opposed || !is_used {
             return None;
@@ -72,6 +72,11 @@ impl<'m> TwoWay<'m> {
             None => (vec![set], false),
         }
     }
+}
+
+/// Whether a lane has a piece of a bound on the same side as another: the two are driven in opposite directions.
+fn is_opposed(map: &MapIndex, beside: &FxHashMap<(usize, [PointId; 2]), usize>, bounds: [LineStringId; 2]) -> bool {
+    pieces(map, bounds).any(|piece| beside.get(&piece).is_some_and(|&lanes| lanes > 1))
 }
 
 /// The pieces between the points of two bounds, left and right: each with its side and its points, the smaller id first.

@@ -88,7 +88,7 @@ fn whoever_could_drive_back_still_can() {
 #[test]
 fn a_direction_that_leads_nowhere_is_none() {
     for one_way in [["no", "yes"], ["yes", "true"]] {
-        let (mended, map) = mended(drawn(one_way), false);
+        let (mended, map) = mended(drawn(one_way), true);
         assert!(mended.left.is_empty());
         assert_eq!(counts(&map), [2, 2, 1], "{one_way:?}");
     }

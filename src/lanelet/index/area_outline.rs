@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use geo::Area;
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -26,9 +25,6 @@ const SPIKE: f64 = 1.0;
 /// A road border that leads from one vertex to the next is no longer than so many times their distance: it runs around a corner, and not
 /// around a block.
 const LONGEST_BORDER: f64 = 3.0;
-/// At least this share of an area (1) lies under its lanes where its outline follows a road border: else the border runs around ground that
-/// is no road, such as a car park.
-const UNDER_LANES: f64 = 0.9;
 /// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
@@ -105,8 +101,6 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     /// the lanes leave the corner to the other side of the kerb. Where the map has no border there, the outer bound of one of the
     /// lanes takes its place: beyond it nothing is known to be a road.
     fn around_corners(&self, lanes: &[usize], mut ring: Vec<PointId>) -> Vec<PointId> {
-        let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
-        let ground = polygon::ground(&outlines).unsigned_area();
         let mut at = 0;
         while let Some(&from) = ring.get(at) {
             at += 1;
@@ -119,9 +113,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             longer.splice(at..at, corner);
             let places: Option<Vec<Point>> = longer.iter().map(|&id| self.place(id)).collect();
             let is_sound = places.is_some_and(|places| {
-                ground >= UNDER_LANES * polygon::signed_area(&places).abs()
-                    && simple_ring::faults(&places, SPIKE, 1).is_empty()
-                    && self.sticking_out_of(lanes, &places).is_empty()
+                simple_ring::faults(&places, SPIKE, 1).is_empty() && self.sticking_out_of(lanes, &places).is_empty()
             });
             if is_sound {
                 ring = longer;
