@@ -31,7 +31,7 @@ pub struct FixArgs {
     #[arg(long)]
     pub allow_warnings: bool,
     /// Least severity of findings that are mended [default: warning, or info with --select]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "SEVERITY")]
     pub show: Option<SeverityArg>,
     #[command(flatten)]
     pub config: ConfigArgs,
