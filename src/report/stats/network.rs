@@ -105,7 +105,8 @@ fn edges(index: &MapIndex<'_>) -> Vec<Vec<usize>> {
         for (own, theirs) in [(0, 1), (1, 0)] {
             let way = lane.bounds[own];
             let over = |bound| LaneChange::over(index.map, bound, Participant::Vehicle);
-            if if own == 0 { over(lane.lanelet.left).to_left } else { over(lane.lanelet.right).to_right } {
+            let is_open = if own == 0 { over(lane.lanelet.left).to_left } else { over(lane.lanelet.right).to_right };
+            if is_open {
                 // Who has the line on the other side drives the same way.
                 let beside = index.users_of(way).iter().copied();
                 edges[at].extend(beside.filter(vehicle).filter(|&b| b != at && index.lanes[b].bounds[theirs] == way));
