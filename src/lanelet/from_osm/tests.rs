@@ -147,7 +147,7 @@ fn regulatory_elements_need_what_their_constructor_needs() {
     };
     assert_eq!(
         changed(r#"<member type="way" ref="11" role="refers"/>"#, ""),
-        [count("traffic_light", 0, 0), gone.clone()]
+        [element(Condition::WithoutMembers { subtype: text("traffic_light") }), gone.clone()]
     );
     assert_eq!(
         changed(subtype, r#"<tag k="subtype" v="right_of_way"/>"#),

@@ -176,7 +176,7 @@ fn a_short_road_keeps_half_of_its_length_to_change_lanes() {
 fn tags_and_settings_override_the_usual_length() {
     let tagged = |west: &str| between(&built(&Crossing { west, ..LIGHTS }).map)[0].clone();
     assert_eq!(paints(&tagged("change:lanes:forward=yes|yes")), ["dashed yes"]);
-    assert_eq!(paints(&tagged("change:lanes:forward=not_right|yes")), ["solid_dashed no"]);
+    assert_eq!(paints(&tagged("change:lanes:forward=not_right|yes")), ["solid_dashed "], "by side");
     assert_eq!(paints(&tagged("lane_markings=no")), [" yes"]);
     let wanted = |metres: f64| between(&built(&Crossing { before_stop: Some(metres), ..LIGHTS }).map)[0].clone();
     assert_eq!(paints(&wanted(0.0)), ["dashed yes"]);
