@@ -134,7 +134,7 @@ fn completed(verb: &Verb) -> Result<(), Failure> {
         if files::complete(home)? {
             output::complain(&format!(
                 "{}: an earlier run was killed while it moved its files here; they are all in their places now\n",
-                home.display()
+                output::shown(home)
             ));
         }
     }
@@ -179,7 +179,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Man { dir } => packaging::man(&dir, Cli::command()),
     });
     result.unwrap_or_else(|failure| {
-        output::complain(&failure.render(output::stderr_style()));
+        output::tell_failure(&failure);
         FAILED
     })
 }

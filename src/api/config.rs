@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::files::is_link;
 use crate::report::failure::Failure;
 use crate::requirement::Requirement;
 use crate::rules;
@@ -145,6 +146,11 @@ fn of_file(file: &Path) -> Result<Settings, Failure> {
     let text = fs::read_to_string(file).map_err(|error| {
         Failure::new(format!("cannot read {name}: {error}")).about(&name).help("--config takes a file or KEY=VALUE")
     })?;
+    if is_link(file) && Document::parse(&name, &text).is_err() {
+        // Its lines may be nobody's business: the link may have come with a map.
+        let failure = Failure::new(format!("{name} leads to a file that is no lanewright.toml")).about(&name);
+        return Err(failure.help("put the settings here instead of a link, to see what is wrong with them"));
+    }
     of_text(&name, &text)
 }
 

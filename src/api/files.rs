@@ -23,7 +23,7 @@ use lock::{Alone, sweep};
 use marker::Mark;
 pub use marker::complete;
 use place::Place;
-pub use place::is_stdout;
+pub use place::{is_link, is_stdout};
 use step::{How, Item, Step};
 use told::{failed, is_a_directory};
 pub(super) use told::{parent, there_already};
@@ -186,8 +186,14 @@ impl Draft {
             return Ok(());
         }
         fs::create_dir_all(&dir).map_err(|error| failed("make the directory", &dir, &error))?;
-        let _alone = Alone::in_directory(&dir)?;
-        marker::complete_alone(&dir)?;
+        // One file that nobody has read is moved at once: nobody need be waited for.
+        let alone = items.len() > 1 || items.iter().any(|item| item.was.is_some());
+        let _alone = if alone { Some(Alone::in_directory(&dir)?) } else { None };
+        if alone {
+            marker::complete_alone(&dir)?;
+        } else {
+            complete(&dir)?;
+        }
         let plan = |item| Step::plan(&dir, aside.path(), item, away.as_ref());
         let steps: Vec<Step> = items.into_iter().map(plan).collect::<Result<_, _>>()?;
         // What is done in one move, or cannot be done again, needs no mark; what lies elsewhere is found by nobody.

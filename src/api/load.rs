@@ -124,13 +124,25 @@ pub(crate) fn open_failure(error: OpenError) -> Failure {
     }
 }
 
+/// Whether a text begins as OpenStreetMap XML does.
+fn begins_as_osm(text: &str) -> bool {
+    let text = text.trim_start();
+    let text = text.strip_prefix("<?xml").and_then(|rest| Some(rest.split_once("?>")?.1.trim_start())).unwrap_or(text);
+    text.starts_with("<osm")
+}
+
 /// Why a file could not be read, with the place where it broke.
 pub(crate) fn read_failure(error: ReadError) -> Failure {
     let help = error.help();
     let message = error.to_string();
     match error {
         // Who reads a file block by block has no text to show.
-        ReadError::Broken { name, text, .. } if text.is_empty() => Failure::new(message).help(help).about(name),
+        // Nor is the text of a stranger's choice shown, to which a link leads.
+        ReadError::Broken { name, text, .. }
+            if text.is_empty() || (files::is_link(Path::new(&name)) && !begins_as_osm(&text)) =>
+        {
+            Failure::new(message).help(help).about(name)
+        }
         ReadError::Broken { name, offset, text, message, .. } => {
             Failure::new(message).help(help).at(&name, text, offset)
         }

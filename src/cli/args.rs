@@ -99,6 +99,12 @@ pub fn output_file(text: &str) -> Result<PathBuf, Infallible> {
     Ok(if text == "-" { "/dev/stdout".into() } else { text.into() })
 }
 
+/// A length: 0 or more metres.
+pub fn metres(text: &str) -> Result<f64, String> {
+    let length = text.parse().ok().filter(|metres: &f64| metres.is_finite() && *metres >= 0.0);
+    length.ok_or_else(|| format!("`{text}` is no length in metres, 0 or more"))
+}
+
 /// `LAT,LON` in degrees.
 pub fn place(text: &str) -> Result<(f64, f64), String> {
     let wrong = || format!("`{text}` is not LAT,LON in degrees, such as 48.137,11.575");

@@ -120,7 +120,7 @@ fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Pro
     let map = args.output.join(MAP);
     let counts = input::counts(&[(tiled.tiles, "tile", "tiles")]);
     let cells = split::counts(&tiled.divided);
-    output::print(&format!("{}: {}\n{counts}{cells}", map.display(), tiled.projector.name()))?;
+    output::print(&format!("{}: {}\n{counts}{cells}", output::shown(&map), tiled.projector.name()))?;
     Ok(CLEAN)
 }
 
@@ -136,5 +136,5 @@ fn summary(args: &BuildArgs, built: &Built) -> String {
     ]);
     let map = args.output.join(MAP);
     let guesses = input::guesses(guesses, &built.notes, &args.streets);
-    format!("{}: {}\n{counts}{guesses}", map.display(), built.projector.name())
+    format!("{}: {}\n{counts}{guesses}", output::shown(&map), built.projector.name())
 }

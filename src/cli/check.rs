@@ -1,12 +1,12 @@
 //! `check`: a map in, findings and a verdict out.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::api::{Checked, Loaded, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
-use crate::report::{self, Next, Report, Totals};
+use crate::report::{self, HarmlessJson, Next, Report, Totals, visible};
 use crate::triage::Suppressions;
 
 use super::args::CLEAN;
@@ -39,14 +39,11 @@ fn watch(args: &CheckArgs) -> Result<u8, Failure> {
         // Taken before the run, so that a change during it is seen.
         let before = watched.stamps();
         if let Err(failure) = once(args) {
-            output::complain(&failure.render(output::stderr_style()));
+            output::tell_failure(&failure);
         }
-        output::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
+        output::complain(&format!("watching {}; Ctrl-C ends\n", output::shown(&args.map)));
         watched.wait(before);
-        if io::stdout().is_terminal() {
-            const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
-            output::print(CLEAR)?;
-        }
+        output::clear()?;
     }
 }
 
@@ -89,12 +86,12 @@ fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
 fn shown(args: &CheckArgs, report: &Report<'_>, checked: &Checked) -> Result<(), Failure> {
     output::print_beside(args.report.as_deref(), |out| match args.format {
         FormatArg::Text | FormatArg::Full | FormatArg::Concise => people(args, report, checked, out),
-        FormatArg::Json => report::json::write(report, out),
-        FormatArg::Sarif => report::sarif::write(report, out),
+        FormatArg::Json => report::json::write(report, &mut HarmlessJson::new(out)),
+        FormatArg::Sarif => report::sarif::write(report, &mut HarmlessJson::new(out)),
         FormatArg::Github => report::github::write(report, out),
-        FormatArg::Gitlab => report::gitlab::write(report, out),
+        FormatArg::Gitlab => report::gitlab::write(report, &mut HarmlessJson::new(out)),
         FormatArg::Junit => report::junit::write(report, out),
-        FormatArg::Geojson => report::geojson::write(report, out),
+        FormatArg::Geojson => report::geojson::write(report, &mut HarmlessJson::new(out)),
         FormatArg::Tier4 => Ok(()),
     })?;
     match &args.report {
@@ -129,6 +126,9 @@ fn people(args: &CheckArgs, report: &Report<'_>, checked: &Checked, out: &mut dy
 fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
     checked.write_baseline(file)?;
     let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
-    output::tell(file, &format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
+    output::tell(
+        file,
+        &format!("{}: {} findings of {} written\n", output::shown(file), checked.baseline().len(), visible(map)),
+    )?;
     Ok(CLEAN)
 }

@@ -10,6 +10,7 @@ use crate::geometry::{Point, Polyline};
 use crate::report::draw::sketch::{Mark, beside};
 use crate::report::draw::{self, Focus, Options, bounding_box};
 use crate::report::failure::Failure;
+use crate::report::visible;
 
 use super::args::{CLEAN, StreetArgs};
 use super::draw_args::{DrawArgs, StageArg};
@@ -190,10 +191,11 @@ fn middle(a: Point, b: Point) -> Point {
 }
 
 fn list(args: &DrawArgs, changes: &[Change], [old, new]: [usize; 2]) -> String {
-    let mut text = format!("{}: {} of {old} intersections changed, now {new}\n", args.output.display(), changes.len());
+    let mut text =
+        format!("{}: {} of {old} intersections changed, now {new}\n", output::shown(&args.output), changes.len());
     for change in changes.iter().take(LISTED) {
         let nodes: Vec<String> = change.nodes.iter().map(ToString::to_string).collect();
-        let _ = writeln!(text, "  {}: {}", nodes.join(" "), change.what);
+        let _ = writeln!(text, "  {}: {}", nodes.join(" "), visible(&change.what));
     }
     if changes.len() > LISTED {
         let _ = writeln!(text, "  and {} more", changes.len() - LISTED);

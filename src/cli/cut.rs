@@ -50,7 +50,7 @@ pub fn run(args: &CutArgs) -> Result<u8, Failure> {
     let largest = cut.tiles.iter().map(|tile| tile.bytes).max().unwrap_or_default();
     output::print(&format!(
         "{}\n{}  {:>7.1} MB, {:.1} MB in the largest tile\n",
-        args.output.display(),
+        output::shown(&args.output),
         input::counts(&[(cut.tiles.len(), "tile", "tiles")]),
         megabytes(of_tiles(&cut.tiles)),
         megabytes(largest),

@@ -1,6 +1,6 @@
 //! `diff`: two maps in, what changed between them out.
 
-use std::io::Error;
+use std::io::{Error, Write};
 use std::path::{Path, PathBuf};
 
 use crate::lanelet::{Opened, open};
@@ -8,9 +8,9 @@ use crate::projection::LonLat;
 use crate::report::diff::Diff;
 use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
-use crate::report::{FailOn, Report, Sources, diff};
+use crate::report::{FailOn, HarmlessJson, Report, Sources, diff, visible_lines};
 
-use super::args::{CLEAN, output_file};
+use super::args::{CLEAN, metres, output_file};
 use super::output::{self, Progress};
 use crate::api::files;
 use crate::api::load::open_failure;
@@ -27,7 +27,7 @@ pub struct DiffArgs {
     #[arg(long, value_enum, default_value_t = DiffFormat::Text)]
     pub format: DiffFormat,
     /// What lies this close to where it was, metres, has not moved
-    #[arg(long, value_name = "M", default_value_t = 0.001)]
+    #[arg(long, value_name = "M", default_value_t = 0.001, value_parser = metres)]
     pub tolerance: f64,
     /// Write the changes on the new map, too: one HTML page to look at
     #[arg(long, value_name = "FILE", value_parser = output_file)]
@@ -57,8 +57,10 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
         page(file, &args.new, &diff, &new)?;
     }
     output::print_beside(args.report.as_deref(), |out| match args.format {
-        DiffFormat::Text => out.write_all(diff.text().as_bytes()),
-        DiffFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?),
+        DiffFormat::Text => out.write_all(visible_lines(&diff.text()).as_bytes()),
+        DiffFormat::Json => {
+            writeln!(HarmlessJson::new(out), "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?)
+        }
     })?;
     Ok(if diff.is_empty() { CLEAN } else { DIFFERENT })
 }

@@ -53,7 +53,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     files::write(&args.output, &picture)?;
     drop(progress);
     let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
-    output::tell(&args.output, &format!("{}{drawn}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}{drawn}\n", output::shown(&args.output)))?;
     Ok(CLEAN)
 }
 
@@ -74,6 +74,6 @@ fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progre
         out.flush()
     })?;
     drop(progress);
-    output::tell(&args.output, &format!("{}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}\n", output::shown(&args.output)))?;
     Ok(CLEAN)
 }

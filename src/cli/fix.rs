@@ -51,11 +51,11 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
     let fixed = fixed(&args.map, &args.config, scope)?;
     if let Some(dir) = &args.pictures {
         let count = fix_pictures::write(dir, &fixed)?;
-        output::complain(&format!("{}: {count} places\n", dir.join("index.html").display()));
+        output::complain(&format!("{}: {count} places\n", output::shown(&dir.join("index.html"))));
     }
     if args.diff {
         let diff = fixed.diff();
-        output::print(&diff)?;
+        output::print_patch(&diff)?;
         output::complain(&format!("{}\n", fix_summary::change(&fixed.mended)));
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }

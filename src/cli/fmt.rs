@@ -42,7 +42,9 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
     }
     let told: String = changed
         .iter()
-        .map(|(path, ..)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
+        .map(|(path, ..)| {
+            format!("{}: {}\n", output::shown(path), if args.check { "not formatted" } else { "formatted" })
+        })
         .collect();
     if args.check {
         output::print(&told)?;

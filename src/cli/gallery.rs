@@ -26,7 +26,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     progress.next("drawing");
     let count = write(args, &plan, &progress)?;
     drop(progress);
-    output::print(&format!("{}: {count} intersections\n", args.output.join("index.html").display()))?;
+    output::print(&format!("{}: {count} intersections\n", output::shown(&args.output.join("index.html"))))?;
     Ok(CLEAN)
 }
 

@@ -70,5 +70,5 @@ fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {
     let notes = plan.notes.iter().chain(&plan.streets.findings);
     let guesses = input::guesses(plan.guesses, notes, &args.streets);
     let merges = input::merges(&plan.streets.merges, &plan.streets.findings, &args.streets);
-    format!("{}: {}\n{counts}{guesses}{merges}", output.display(), plan.projector.name())
+    format!("{}: {}\n{counts}{guesses}{merges}", output::shown(output), plan.projector.name())
 }

@@ -11,6 +11,7 @@ use crate::builder::streets::consolidate::MergeNote;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Severity};
 use crate::report::failure::Failure;
+use crate::report::visible;
 
 use super::args::{LayoutArgs, SideArg, StreetArgs};
 use super::check_args::ConfigArgs;
@@ -70,10 +71,10 @@ pub fn counts(of: &[(usize, &str, &str)]) -> String {
 pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> String {
     let mut text = String::new();
     for note in notes.iter().filter(|_| args.explain_merges) {
-        let _ = writeln!(text, "{note}");
+        let _ = writeln!(text, "{}", visible(&note.to_string()));
     }
     for unmet in findings.iter().filter(|finding| [UNMET_WISH, UNMET_ROAD].contains(&finding.fault)) {
-        let _ = writeln!(text, "warning: {}", unmet.message);
+        let _ = writeln!(text, "warning: {}", visible(&unmet.message));
     }
     text
 }
@@ -82,7 +83,7 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
 pub fn undrawn(notes: &[Finding]) -> String {
     let mut text = String::new();
     for note in notes.iter().filter(|note| note.fault == UNDRAWN) {
-        let _ = writeln!(text, "warning: {}", note.message);
+        let _ = writeln!(text, "warning: {}", visible(&note.message));
     }
     text
 }
@@ -94,7 +95,7 @@ pub fn guesses<'a>(count: usize, notes: impl IntoIterator<Item = &'a Finding>, a
         let _ = writeln!(text, "--guesses lists what the input did not say");
     }
     for Finding { fault, subject, message, .. } in notes.into_iter().filter(|_| args.guesses) {
-        let _ = writeln!(text, "{subject}: {message} [{fault}]");
+        let _ = writeln!(text, "{subject}: {} [{fault}]", visible(message));
     }
     text
 }

@@ -32,7 +32,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let Joined { elements: [nodes, ways, relations], renumbered, settings_left_out } = joined;
     let mut counts = vec![(nodes, "node", "nodes"), (ways, "way", "ways"), (relations, "relation", "relations")];
     counts.extend((renumbered > 0).then_some((renumbered, "element has another id", "elements have other ids")));
-    let mut text = format!("{}\n{}", args.output.display(), input::counts(&counts));
+    let mut text = format!("{}\n{}", output::shown(&args.output), input::counts(&counts));
     if settings_left_out {
         text += "warning: the maps have different settings; no lanewright.toml was written\n";
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::api::files;
-use crate::report::TextStyle;
 use crate::report::failure::Failure;
+use crate::report::{TextStyle, visible, visible_lines, visible_patch};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Widest text: lines longer than this are hard to read, however wide the terminal is.
@@ -15,11 +15,6 @@ const MAX_WIDTH: usize = 110;
 /// The style of reports on standard output.
 pub fn stdout_style() -> TextStyle {
     style(io::stdout().is_terminal())
-}
-
-/// The style of reports on standard error.
-pub fn stderr_style() -> TextStyle {
-    style(io::stderr().is_terminal())
 }
 
 fn style(terminal: bool) -> TextStyle {
@@ -34,12 +29,32 @@ fn style(terminal: bool) -> TextStyle {
     TextStyle { color: terminal && !unwanted, width }
 }
 
-/// Writes a text to standard output.
+/// Writes a text to standard output. Whatever stands in it, it steers no terminal, and no machine that runs CI.
 pub fn print(text: &str) -> Result<(), Failure> {
-    print_with(|out| out.write_all(text.as_bytes()))
+    print_with(|out| out.write_all(visible_lines(text).as_bytes()))
 }
 
-/// Writes to standard output. Whoever reads may stop at any time (`| head`), which is no failure.
+/// Writes a patch to standard output: as it is but for what would steer a terminal.
+pub fn print_patch(patch: &str) -> Result<(), Failure> {
+    if io::stdout().is_terminal() {
+        print(patch)
+    } else {
+        print_with(|out| out.write_all(visible_patch(patch).as_bytes()))
+    }
+}
+
+/// A path in a line of output.
+pub fn shown(path: &Path) -> String {
+    visible(&path.to_string_lossy()).into_owned()
+}
+
+/// Makes room on a terminal for the next report.
+pub fn clear() -> Result<(), Failure> {
+    const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
+    if io::stdout().is_terminal() { print_with(|out| out.write_all(CLEAR.as_bytes())) } else { Ok(()) }
+}
+
+/// Writes what a format of [`crate::report`] makes to standard output, which shows no text of a map as it is. Whoever reads may stop at any time (`| head`), which is no failure.
 pub fn print_with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
     match write(&mut out).and_then(|()| out.flush()) {
@@ -73,7 +88,12 @@ pub fn tell(of: &Path, text: &str) -> Result<(), Failure> {
 
 /// Writes to standard error; there is nobody to tell if that fails.
 pub fn complain(text: &str) {
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+    let _ = io::stderr().lock().write_all(visible_lines(text).as_bytes());
+}
+
+/// Says why a run failed.
+pub fn tell_failure(failure: &Failure) {
+    let _ = io::stderr().lock().write_all(failure.render(style(io::stderr().is_terminal())).as_bytes());
 }
 
 /// A line on the terminal that says what is going on; silent where standard error is no terminal.
@@ -85,7 +105,7 @@ impl Progress {
         if !io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
-        let bar = ProgressBar::new_spinner().with_message(doing.to_owned());
+        let bar = ProgressBar::new_spinner().with_message(visible(doing).into_owned());
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);
         }
@@ -95,7 +115,7 @@ impl Progress {
 
     /// Says what is done next.
     pub fn next(&self, doing: &str) {
-        self.0.set_message(doing.to_owned());
+        self.0.set_message(visible(doing).into_owned());
     }
 }
 

@@ -32,6 +32,6 @@ pub fn man(dir: &Path, command: Command) -> Result<u8, Failure> {
     }
     let drafts: Vec<(&str, &[u8])> = pages.iter().map(|(name, text)| (name.as_str(), text.as_slice())).collect();
     files::publish(dir, &drafts)?;
-    output::print(&format!("{}: {} pages\n", dir.display(), pages.len()))?;
+    output::print(&format!("{}: {} pages\n", output::shown(dir), pages.len()))?;
     Ok(CLEAN)
 }

@@ -93,7 +93,7 @@ fn infer_map(map: &Path) -> Result<u8, Failure> {
     let code = match opened.projector_from {
         ProjectorFrom::Info(file) => {
             let far = residual(&points, &opened.projector);
-            let _ = writeln!(text, "\n{} says {}: {}", file.display(), opened.projector, millimetres(far));
+            let _ = writeln!(text, "\n{} says {}: {}", output::shown(&file), opened.projector, millimetres(far));
             if far <= EXPLAINED && opened.info.is_sound() { CLEAN } else { UNEXPLAINED }
         }
         _ if best.is_some() && opened.info.is_sound() => CLEAN,
@@ -151,7 +151,7 @@ fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
     let texts = edited(&opened.osm, &fix).ok_or_else(|| Failure::new("the map cannot be edited"))?;
     drop(progress);
     converted.write(&args.map, &texts, &write_info(&to, opened.info.datum()))?;
-    output::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
+    output::print(&format!("{}: {} nodes in {}\n", output::shown(&args.output), places.len(), to))?;
     Ok(CLEAN)
 }
 

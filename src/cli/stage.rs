@@ -39,7 +39,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let svg = Pictures::new(args, &plan).svg(stage, focus(args, &plan)?)?;
     publish(args, &svg)?;
     drop(progress);
-    output::tell(&args.output, &format!("{}\n", args.output.display()))?;
+    output::tell(&args.output, &format!("{}\n", output::shown(&args.output)))?;
     Ok(CLEAN)
 }
 

@@ -1,9 +1,10 @@
 //! `stats`: a map in, numbers out.
 
-use std::io::Error;
+use std::io::{Error, Write};
 use std::path::PathBuf;
 
 use crate::lanelet::index::MapIndex;
+use crate::report::HarmlessJson;
 use crate::report::failure::Failure;
 use crate::report::stats::Stats;
 
@@ -37,9 +38,11 @@ pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings);
     let stats = Stats::of(&index);
     drop(progress);
-    output::print_with(|out| match args.format {
-        StatsFormat::Text => out.write_all(stats.text().as_bytes()),
-        StatsFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&stats).map_err(Error::other)?),
-    })?;
+    match args.format {
+        StatsFormat::Text => output::print(&stats.text())?,
+        StatsFormat::Json => output::print_with(|out| {
+            writeln!(HarmlessJson::new(out), "{}", serde_json::to_string_pretty(&stats).map_err(Error::other)?)
+        })?,
+    }
     Ok(CLEAN)
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::tier4::{Exclusions, FormatError, Outcome, RequirementSet, Validator};
-use crate::report::{FailOn, sentence};
+use crate::report::{FailOn, HarmlessJson, sentence, visible};
 use crate::rules;
 use crate::settings::Profile;
 use crate::triage::Sorted;
@@ -53,11 +53,11 @@ pub fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<u8, F
         Some(file) => read(file, |text| Exclusions::parse(text, &known))?,
     };
     let outcome = Outcome::new(&sorted.left, &known, &set, &exclusions, &args.map);
-    output::print_with(|out| outcome.write(out))?;
+    output::print_with(|out| outcome.write(&mut HarmlessJson::new(out)))?;
     let mut broken = false;
     for said in sorted.left.iter().filter(|said| said.finding.peer.is_none()) {
         broken |= said.severity == Severity::Error;
-        output::complain(&format!("{}: {}\n", said.severity, sentence(said)));
+        output::complain(&format!("{}: {}\n", said.severity, visible(&sentence(said))));
     }
     Ok(u8::from(broken || fails(args, &outcome)))
 }
@@ -102,7 +102,7 @@ pub fn parameters(file: &Path) -> Result<BTreeMap<String, toml::Table>, Failure>
     for (validator, parameter) in rules::tier4::missing(&all) {
         output::complain(&format!(
             "{}: {validator} has no {parameter} that can be used; the tool's fallback holds\n",
-            file.display()
+            output::shown(file)
         ));
     }
     Ok(all)

@@ -5,7 +5,7 @@ use std::fmt;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
 use super::source::{SourceFile, boundary};
-use super::{Sources, TextStyle};
+use super::{Sources, TextStyle, visible_lines};
 use crate::diagnostic::SourceSpan;
 
 /// Why a run failed.
@@ -100,7 +100,7 @@ impl Failure {
         let mut text = String::new();
         match handler.render_report(&mut text, &seen) {
             Ok(()) => text,
-            Err(fmt::Error) => format!("error: {}\n", self.message),
+            Err(fmt::Error) => format!("error: {}\n", visible_lines(&self.message)),
         }
     }
 }
@@ -123,7 +123,7 @@ struct Seen<'a> {
 
 impl fmt::Display for Seen<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.failure.fmt(f)
+        f.write_str(&visible_lines(&self.failure.message))
     }
 }
 
@@ -131,7 +131,7 @@ impl std::error::Error for Seen<'_> {}
 
 impl miette::Diagnostic for Seen<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.failure.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.failure.help.as_ref().map(|help| Box::new(visible_lines(help)) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

@@ -28,7 +28,7 @@ mod verdict;
 
 pub use concise::{concise, line, sentence, summary};
 pub use details::details;
-pub use escape::visible;
+pub use escape::{HarmlessJson, visible, visible_lines, visible_patch};
 pub use explain::{explain, list, rule_index};
 pub use full::{TextStyle, full};
 pub use groups::{Group, groups};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan as Span, SpanContents};
 use rayon::prelude::*;
 
-use super::escape::is_plain;
+use super::escape::{is_plain, visible};
 use crate::diagnostic::SourceSpan;
 use crate::parallel::Finely;
 
@@ -179,8 +179,14 @@ impl SourceCode for SourceFile<'_> {
         let (line, column) = self.position(from);
         let data = self.text.get(from..to).ok_or(MietteError::OutOfBounds)?.as_bytes();
         let lines = self.lines.len();
-        let contents =
-            MietteSpanContents::new_named(self.name.to_owned(), data, (from, to - from).into(), line, column, lines);
+        let contents = MietteSpanContents::new_named(
+            visible(self.name).into_owned(),
+            data,
+            (from, to - from).into(),
+            line,
+            column,
+            lines,
+        );
         Ok(Box::new(contents))
     }
 }

@@ -238,3 +238,37 @@ fn wrong_imports_are_reported() {
     assert_eq!(told(&child), ["src/a/mod.rs:2 imports a::x", "src/a/x.rs:1 imports a"], "parent and child");
     assert_eq!(told(&[pair[0], pair[1], ("a/y.rs", "")]), [""; 0], "to hand on is no import");
 }
+
+/// Who writes to a terminal: one module; and that which puts an output on standard output where it is asked to.
+const WRITERS: [&str; 2] = ["cli/output.rs", "api/files/step.rs"];
+/// Who may hand bytes to it as they are: formats of `report`, which show no foreign text as it is.
+const RAW: [&str; 4] = ["cli/check.rs", "cli/diff.rs", "cli/stats.rs", "cli/tier4.rs"];
+
+/// Foreign text goes to a terminal through `cli/output.rs`, which shows what would steer it.
+#[test]
+fn no_output_goes_around_the_one_that_shows_foreign_text() {
+    let mut faults = Vec::new();
+    for (name, text) in sources() {
+        let code: String = text.split("#[cfg(test)]").next().unwrap_or_default().to_owned();
+        for (at, line) in code.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//")) {
+            let mut told = |why: &str| faults.push(format!("src/{name}:{}: {why}: {}", at + 1, line.trim()));
+            let prints = ["println!(", "print!(", "io::stdout", "io::stderr", "stdout()", "stderr()"];
+            if !WRITERS.contains(&name.as_str()) && prints.iter().any(|way| line.contains(way)) {
+                told("output::print and output::complain write to terminals");
+            }
+            if !RAW.contains(&name.as_str()) && !WRITERS.contains(&name.as_str()) && line.contains("print_with(") {
+                told("output::print shows foreign text");
+            }
+        }
+        // A file's name can have several lines: in a line of output it is shown by output::shown.
+        if name.starts_with("cli/") {
+            let statements = code.split([';', '{', '}']).collect::<Vec<_>>().join(" ; ");
+            for statement in statements.split(" ; ").filter(|part| part.contains(".display()")) {
+                if ["output::print", "output::tell", "output::complain"].iter().any(|way| statement.contains(way)) {
+                    faults.push(format!("src/{name}: output::shown shows a path: {}", statement.trim()));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "output that goes around cli/output.rs:\n{}", faults.join("\n"));
+}

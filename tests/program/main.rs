@@ -3,10 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
 mod check;
+#[cfg(unix)]
+mod ci;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod divided;
+mod foreign_text;
 mod hostile_input;
 #[cfg(unix)]
 mod interrupted;

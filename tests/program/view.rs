@@ -153,3 +153,92 @@ fn an_invalid_edit_is_refused_with_a_reason() {
     lanewright(dir.path(), &["view", "--build", "map.osm"]).fails_saying(&["Lanelet2 map already"]);
     lanewright(dir.path(), &["view", "--build", "no.osm"]).fails_saying(&["no.osm"]);
 }
+
+/// The answer to raw bytes, as far as there is one.
+fn said_to(server: &Server, bytes: &[u8]) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", server.port)).unwrap();
+    // Who is refused in the midst may not take all of it.
+    let _ = stream.write_all(bytes);
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[test]
+fn a_request_has_bounds() {
+    let dir = place();
+    let server = Server::start(dir.path(), &["map.osm"]);
+    let host = server.host();
+    let endless = format!("GET / HTTP/1.1\r\n{host}X: {}", "x".repeat(50_000_000));
+    assert!(said_to(&server, endless.as_bytes()).starts_with("HTTP/1.1 431 "));
+    let lines = format!("GET / HTTP/1.1\r\n{host}{}\r\n", "X: x\r\n".repeat(500));
+    assert!(said_to(&server, lines.as_bytes()).starts_with("HTTP/1.1 431 "));
+    for (head, status) in [
+        ("Content-Length: 99999999\r\n", 413),
+        ("Content-Length: -1\r\n", 400),
+        ("Content-Length: 1\r\nContent-Length: 2\r\n", 400),
+        ("Transfer-Encoding: chunked\r\n", 400),
+    ] {
+        let answer = said_to(&server, format!("POST /build HTTP/1.1\r\n{host}{head}\r\n").as_bytes());
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{head}: {answer}");
+    }
+    assert!(said_to(&server, b"\x16\x03\x01\x02 no request\r\n\r\n").starts_with("HTTP/1.1 400 "));
+    assert_eq!(server.ask("GET /", &host, "").0, 200);
+}
+
+/// Connections that say nothing, more than the process may have files open, and half of what a request is.
+#[test]
+fn connections_that_say_nothing_do_not_end_it() {
+    let dir = place();
+    let server = Server::start(dir.path(), &["map.osm"]);
+    let silent: Vec<TcpStream> = (0..300).filter_map(|_| TcpStream::connect(("127.0.0.1", server.port)).ok()).collect();
+    let mut slow = TcpStream::connect(("127.0.0.1", server.port)).unwrap();
+    let _ = slow.write_all(b"GET / HTTP/1.1\r\n");
+    assert!(silent.len() > 100);
+    let open = fs::read_dir(format!("/proc/{}/fd", server.child.id())).map_or(0, Iterator::count);
+    assert!(open < 150, "{open} files are open");
+    drop(silent);
+    assert_eq!(answered(&server), 200);
+    // Those who keep silence lose their places.
+    let silent: Vec<TcpStream> = (0..64).filter_map(|_| TcpStream::connect(("127.0.0.1", server.port)).ok()).collect();
+    std::thread::sleep(std::time::Duration::from_secs(11));
+    assert_eq!(answered(&server), 200);
+    drop(silent);
+}
+
+/// Without any descriptor left, it waits until there is one.
+#[test]
+#[cfg(target_os = "linux")]
+fn without_descriptors_it_waits() {
+    let dir = place();
+    let server = Server::start(dir.path(), &["map.osm"]);
+    let limit = |files: u32| {
+        let pid = server.child.id().to_string();
+        let set = Command::new("prlimit").args(["--pid", &pid, &format!("--nofile={files}:4096")]).status();
+        set.is_ok_and(|status| status.success())
+    };
+    let open = fs::read_dir(format!("/proc/{}/fd", server.child.id())).unwrap().count() as u32;
+    if !limit(open) {
+        // Where prlimit is missing, the other test has to do.
+        return;
+    }
+    let waiting: Vec<TcpStream> = (0..10).filter_map(|_| TcpStream::connect(("127.0.0.1", server.port)).ok()).collect();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    drop(waiting);
+    assert!(limit(1024));
+    assert_eq!(answered(&server), 200);
+}
+
+/// The status of the page, once there is a place for who asks.
+fn answered(server: &Server) -> u16 {
+    for _ in 0..100 {
+        let answer = said_to(server, format!("GET / HTTP/1.1\r\n{}\r\n", server.host()).as_bytes());
+        if let Some(status) = answer.split(' ').nth(1).and_then(|status| status.parse().ok())
+            && status != 503
+        {
+            return status;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    0
+}

@@ -1,8 +1,10 @@
 //! Who writes: drafts that a run keeps, those that a killed run has left, and one run at a time that puts files into a directory.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
@@ -52,8 +54,14 @@ impl Aside {
     }
 }
 
-/// Removes drafts that killed runs have left in a directory.
+/// Directories that this process has swept.
+static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes drafts that killed runs have left in a directory, once.
 pub(super) fn sweep(home: &Path) {
+    if !SWEPT.lock().unwrap_or_else(PoisonError::into_inner).insert(home.to_path_buf()) {
+        return;
+    }
     for entry in fs::read_dir(home).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_draft =

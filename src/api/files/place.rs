@@ -51,3 +51,8 @@ impl Place {
 pub fn is_stdout(path: &Path) -> bool {
     STDOUT.iter().any(|name| path == Path::new(name))
 }
+
+/// Whether a file is a link, which may lead to a file that is nobody's business.
+pub fn is_link(file: &Path) -> bool {
+    fs::symlink_metadata(file).is_ok_and(|about| about.is_symlink())
+}

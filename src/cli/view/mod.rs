@@ -4,6 +4,7 @@ mod args;
 mod build_view;
 mod downloads;
 mod edits;
+mod http;
 mod map_view;
 mod server;
 mod subscriptions;

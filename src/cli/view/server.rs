@@ -1,19 +1,16 @@
 //! Pages for browsers on this machine, and for nobody else.
 
-use std::io::{self, Read};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::report::failure::Failure;
-use tiny_http::{Header, Method, Request, Response, StatusCode};
 
+use super::http::{Listener, Reply, Request};
 use super::subscriptions::Subscriptions;
 
 /// Exit code of a program that Ctrl-C ended in the midst of its work: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
-/// No question of a page is longer than this, bytes.
-const LONGEST_QUESTION: u64 = 8 << 20;
 
 /// What a page asks of the program that serves it.
 pub trait Handler: Send + Sync {
@@ -36,7 +33,7 @@ pub struct Answer {
 
 /// Listens on the loopback address.
 pub struct Server {
-    http: Arc<tiny_http::Server>,
+    http: Arc<Listener>,
     port: u16,
     /// Before it answers, Ctrl-C ends the program as it always does.
     answers: Arc<AtomicBool>,
@@ -49,8 +46,8 @@ impl Server {
             Failure::new(format!("cannot listen on 127.0.0.1:{port}: {what}"))
                 .help("another program may have the port; without --port the system chooses a free one")
         };
-        let http = tiny_http::Server::http(("127.0.0.1", port)).map_err(|error| failed(&error))?;
-        let port = http.server_addr().to_ip().ok_or_else(|| failed(&"no address"))?.port();
+        let http = Listener::bind(port).map_err(|error| failed(&error))?;
+        let port = http.address().map_err(|error| failed(&error))?.port();
         let http = Arc::new(http);
         let answers = Arc::new(AtomicBool::new(false));
         let (ours, waiting, begun) = (Arc::clone(&http), Arc::clone(subscriptions), Arc::clone(&answers));
@@ -59,7 +56,7 @@ impl Server {
                 std::process::exit(INTERRUPTED);
             }
             waiting.end();
-            ours.unblock();
+            ours.end();
         });
         heard.map_err(|error| Failure::new(format!("cannot wait for Ctrl-C: {error}")))?;
         Ok(Self { http, port, answers })
@@ -88,57 +85,44 @@ impl Server {
 
     /// Answers until Ctrl-C.
     pub fn serve(&self, handler: &Arc<dyn Handler>, subscriptions: &Arc<Subscriptions>) {
-        // Ends where `unblock` is called.
-        while let Ok(request) = self.http.recv() {
-            let (handler, subscriptions, port) = (Arc::clone(handler), Arc::clone(subscriptions), self.port);
-            // A thread for each, because some wait for news.
-            std::thread::spawn(move || answer(request, &*handler, &subscriptions, port));
-        }
+        let (handler, subscriptions, port) = (Arc::clone(handler), Arc::clone(subscriptions), self.port);
+        let answer = move |request: &Request| match is_ours(request, port) {
+            true => respond(request, &*handler, &subscriptions),
+            // A page from elsewhere whose name was made to lead here.
+            false => text(403, "text/plain", "only for pages of this server"),
+        };
+        let answer: Arc<dyn Fn(&Request) -> Reply + Send + Sync> = Arc::new(answer);
+        self.http.serve(&answer);
     }
 }
 
-fn answer(mut request: Request, handler: &dyn Handler, subscriptions: &Subscriptions, port: u16) {
-    let response = if is_ours(&request, port) {
-        respond(&mut request, handler, subscriptions)
-    } else {
-        // A page from elsewhere whose name was made to lead here.
-        text(403, "text/plain", "only for pages of this server")
-    };
-    // Whoever asked may be gone.
-    let _ = request.respond(response);
-}
-
-type Reply = Response<io::Cursor<Vec<u8>>>;
-
-fn respond(request: &mut Request, handler: &dyn Handler, subscriptions: &Subscriptions) -> Reply {
-    let url = request.url().to_owned();
-    let (path, query) = url.split_once('?').unwrap_or((&url, ""));
-    match (request.method().clone(), path) {
-        (Method::Get, "/") => text(200, "text/html", &handler.page()),
-        (Method::Get, "/data") => {
+fn respond(request: &Request, handler: &dyn Handler, subscriptions: &Subscriptions) -> Reply {
+    let (path, query) = request.url.split_once('?').unwrap_or((&request.url, ""));
+    match (request.method.as_str(), path) {
+        ("GET", "/") => text(200, "text/html", &handler.page()),
+        ("GET", "/data") => {
             let (version, data) = subscriptions.data();
-            with(bytes(200, "application/octet-stream", data.to_vec()), "Lanewright-Version", &version.to_string())
+            with(bytes(200, "application/octet-stream", data.to_vec()), "Lanewright-Version", version.to_string())
         }
-        (Method::Get, "/changes") => {
+        ("GET", "/changes") => {
             let after = query.strip_prefix("after=").and_then(|text| text.parse().ok()).unwrap_or_default();
             text(200, "application/json", &subscriptions.changes(after))
         }
-        (Method::Post, path) => {
+        ("POST", path) => {
             // Before the answer: what comes meanwhile is news then.
             let (version, _) = subscriptions.data();
-            let mut question = String::new();
-            let read = request.as_reader().take(LONGEST_QUESTION).read_to_string(&mut question);
-            match read.ok().and_then(|_| handler.post(path, &question)) {
+            let question = std::str::from_utf8(&request.body).ok();
+            match question.and_then(|question| handler.post(path, question)) {
                 Some(Ok(Answer { bytes: answer, name })) => {
                     let reply = bytes(200, "application/octet-stream", answer);
-                    let reply = with(reply, "Lanewright-Version", &version.to_string());
+                    let reply = with(reply, "Lanewright-Version", version.to_string());
                     match name {
-                        Some(name) => with(reply, "Lanewright-Name", &percent(&name)),
+                        Some(name) => with(reply, "Lanewright-Name", percent(&name)),
                         None => reply,
                     }
                 }
                 // Told in the page: browsers would log another status as a fault of it.
-                Some(Err(why)) => with(text(200, "text/plain", &why), "Lanewright-Version", &version.to_string()),
+                Some(Err(why)) => with(text(200, "text/plain", &why), "Lanewright-Version", version.to_string()),
                 None => text(404, "text/plain", "nothing is here"),
             }
         }
@@ -148,22 +132,17 @@ fn respond(request: &mut Request, handler: &dyn Handler, subscriptions: &Subscri
 
 /// Whether a request names this machine as its host, and comes from no other page than ours.
 fn is_ours(request: &Request, port: u16) -> bool {
-    let header = |name: &'static str| {
-        request.headers().iter().find(|header| header.field.equiv(name)).map(|header| header.value.as_str())
-    };
     let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
-    let named = header("Host").is_some_and(|host| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(host)));
-    let origin = header("Origin").and_then(|origin| origin.strip_prefix("http://").or(Some("")));
+    let named = request.header("Host").is_some_and(|host| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(host)));
+    let origin = request.header("Origin").and_then(|origin| origin.strip_prefix("http://").or(Some("")));
     named && origin.is_none_or(|origin| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(origin)))
 }
 
-fn text(code: u16, kind: &str, text: &str) -> Reply {
-    bytes(code, &format!("{kind}; charset=utf-8"), text.as_bytes().to_vec())
+fn text(status: u16, kind: &str, text: &str) -> Reply {
+    bytes(status, &format!("{kind}; charset=utf-8"), text.as_bytes().to_vec())
 }
 
-fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Reply {
-    let length = body.len();
-    let plain = Response::new(StatusCode(code), Vec::new(), io::Cursor::new(body), Some(length), None);
+fn bytes(status: u16, kind: &str, body: Vec<u8>) -> Reply {
     let headers = [
         ("Content-Type", kind),
         ("Cache-Control", "no-store"),
@@ -171,14 +150,12 @@ fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Reply {
         ("Cross-Origin-Resource-Policy", "same-origin"),
         ("Content-Security-Policy", "frame-ancestors 'none'"),
     ];
-    headers.into_iter().fold(plain, |response, (name, value)| with(response, name, value))
+    Reply { status, headers: headers.map(|(name, value)| (name, value.to_owned())).to_vec(), body }
 }
 
-fn with(response: Reply, name: &str, value: &str) -> Reply {
-    match Header::from_bytes(name, value) {
-        Ok(header) => response.with_header(header),
-        Err(()) => response,
-    }
+fn with(mut reply: Reply, name: &'static str, value: String) -> Reply {
+    reply.headers.push((name, value));
+    reply
 }
 
 /// A name in letters that a header may hold.
