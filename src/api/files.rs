@@ -25,7 +25,7 @@ pub use marker::complete;
 use place::Place;
 pub use place::{is_link, is_stdout};
 use step::{How, Item, Step};
-use told::{failed, is_a_directory};
+use told::{failed, is_a_directory, within};
 pub(super) use told::{parent, there_already};
 
 /// Writes one file, whole or not at all.
@@ -143,7 +143,7 @@ impl Draft {
     /// Writes a file, by a function that need not hold all of it in memory. Of what can be made again, it need not wait until the
     /// disk has it.
     pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
-        let place = self.dir.join(name);
+        let place = within(&self.dir, name);
         let written = File::create(self.aside.path().join(name)).and_then(|mut file| content(&mut file));
         written.map_err(|error| failed("write", &place, &error))?;
         if place.is_dir() {

@@ -224,6 +224,7 @@ fn a_save_while_the_program_runs_is_not_written_over() {
                 std::thread::sleep(Duration::from_millis(milliseconds));
                 // As editors do: under another name first.
                 fs::write(place.dir.path().join("saved"), &saved).unwrap();
+                place.owned(&place.dir.path().join("saved"));
                 fs::rename(place.dir.path().join("saved"), place.map()).unwrap();
                 let mut said = String::new();
                 running.stderr.take().unwrap().read_to_string(&mut said).unwrap();

@@ -15,7 +15,7 @@ pub struct Was {
 
 impl Was {
     /// A file of these bytes.
-    pub(in crate::api) fn of(bytes: &[u8]) -> Self {
+    pub fn of(bytes: &[u8]) -> Self {
         Self { length: bytes.len() as u64, hash: Sha256::digest(bytes).into() }
     }
 

@@ -17,14 +17,14 @@ const LETTERS: usize = 6;
 
 /// A folder for drafts, gone when it is dropped, and locked until then: what nobody holds was left by a run that was killed.
 #[derive(Debug)]
-pub(in crate::api) struct Aside {
+pub struct Aside {
     folder: TempDir,
     _lock: Option<File>,
 }
 
 impl Aside {
     /// Makes a folder in another; one that is to be the result is made with the rights that any new directory has.
-    pub(in crate::api) fn new(home: &Path, result: bool) -> io::Result<Self> {
+    pub fn new(home: &Path, result: bool) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).rand_bytes(LETTERS);
         #[cfg(unix)]
@@ -44,7 +44,7 @@ impl Aside {
         }
     }
 
-    pub(in crate::api) fn path(&self) -> &Path {
+    pub fn path(&self) -> &Path {
         self.folder.path()
     }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::kept::{Stamp, Was, has_other_names, is_writable, keep};
 use super::place::Place;
-use super::told::{changed_meanwhile, failed, is_a_directory, read_only, there_already};
+use super::told::{changed_meanwhile, failed, is_a_directory, read_only, there_already, within};
 use crate::report::failure::Failure;
 
 /// A file or folder of a draft.
@@ -50,7 +50,7 @@ pub(super) fn kept_in(drafts: &Path, name: &str) -> PathBuf {
 impl Step {
     /// Looks at the place of a draft; `away` if the draft lies elsewhere and cannot be moved.
     pub(super) fn plan(dir: &Path, drafts: &Path, item: Item, away: Option<&io::Error>) -> Result<Self, Failure> {
-        let (place, draft) = (dir.join(&item.name), drafts.join(&item.name));
+        let (place, draft) = (within(dir, &item.name), drafts.join(&item.name));
         let about = fs::symlink_metadata(&draft).map_err(|error| failed("write", &place, &error))?;
         let new = Stamp::of(&about).file;
         let step = |how, place, old| Self { name: item.name.clone(), how, place, new, old };

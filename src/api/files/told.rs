@@ -1,7 +1,7 @@
 //! What is said where a file cannot be written.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::report::failure::Failure;
 
@@ -15,6 +15,11 @@ pub fn there_already(place: &Path) -> Failure {
 /// The directory in which another is, or will be.
 pub fn parent(dir: &Path) -> &Path {
     dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A file of a directory as messages call it.
+pub(super) fn within(dir: &Path, name: &str) -> PathBuf {
+    if dir == Path::new(".") { name.into() } else { dir.join(name) }
 }
 
 pub(super) fn failed(what: &str, path: &Path, error: &io::Error) -> Failure {
