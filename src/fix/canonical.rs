@@ -95,6 +95,7 @@ fn formatted(text: &str, at: &mut usize) -> Kept<String> {
             Event::Eof => break,
             // Blanks, or text, whole or in pieces.
             _ if text.get(start..position(&reader)).ok_or(BROKEN)?.trim().is_empty() => {}
+            _ if root.is_none() => return Err(BROKEN),
             _ => return Err(TEXT),
         }
     }
