@@ -90,16 +90,19 @@ impl Listener {
     /// end nothing.
     pub fn serve(&self, answer: &Arc<dyn Fn(&Request) -> Reply + Send + Sync>) {
         while !self.ended.load(Ordering::SeqCst) {
-            let Ok((stream, _)) = self.listener.accept() else {
+            let Ok((mut stream, _)) = self.listener.accept() else {
                 // No more files may be open: those that are will be closed.
                 std::thread::sleep(PAUSE);
                 continue;
             };
-            let place = Place::take(&self.open);
+            let Some(place) = Place::take(&self.open) else {
+                write(&mut stream, &Reply { status: 503, headers: Vec::new(), body: Vec::new() });
+                continue;
+            };
             let answer = Arc::clone(answer);
-            let work = move || match place {
-                Some(_place) => converse(stream, &*answer),
-                None => refuse(stream, 503),
+            let work = move || {
+                let _place = place;
+                converse(stream, &*answer);
             };
             // Where there is no thread, the connection is closed.
             drop(std::thread::Builder::new().spawn(work));
@@ -210,8 +213,22 @@ fn parsed(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Unread> {
     }
 }
 
-/// Sends an answer. Whoever asked may be gone.
+/// Sends an answer, after which the connection is closed. Whoever asked may be gone.
 fn send(stream: &mut TcpStream, reply: &Reply) {
+    if write(stream, reply) && reply.status != 200 {
+        // What was not read would let the system take the answer back.
+        let _ = stream.set_read_timeout(Some(PAUSE));
+        let mut rest = [0; 8192];
+        for _ in 0..LONGEST_HEAD / rest.len() * 2 {
+            if !stream.read(&mut rest).is_ok_and(|length| length > 0) {
+                break;
+            }
+        }
+    }
+}
+
+/// Writes an answer; whether it went out.
+fn write(stream: &mut TcpStream, reply: &Reply) -> bool {
     let word = match reply.status {
         200 => "OK",
         _ => "No",
@@ -223,14 +240,5 @@ fn send(stream: &mut TcpStream, reply: &Reply) {
     head.push_str(&format!("Content-Length: {}\r\nConnection: close\r\n\r\n", reply.body.len()));
     let _ = stream.set_write_timeout(Some(SLOWEST_READER));
     let sent = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&reply.body));
-    if sent.and_then(|()| stream.shutdown(std::net::Shutdown::Write)).is_ok() && reply.status != 200 {
-        // What was not read would let the system take the answer back.
-        let _ = stream.set_read_timeout(Some(PAUSE));
-        let mut rest = [0; 8192];
-        for _ in 0..LONGEST_HEAD / rest.len() * 2 {
-            if !stream.read(&mut rest).is_ok_and(|length| length > 0) {
-                break;
-            }
-        }
-    }
+    sent.and_then(|()| stream.shutdown(std::net::Shutdown::Write)).is_ok()
 }
