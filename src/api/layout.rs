@@ -275,7 +275,21 @@ fn is_of(projector: &Projector, kind: ProjectorType) -> bool {
 pub(super) fn wanted(kind: ProjectorType, extent: Option<Extent>, name: &str) -> Result<Projector, Error> {
     let nowhere =
         || ErrorKind::Build.error(Failure::new("the data has no node with a latitude and longitude").about(name));
-    projector(kind, extent.ok_or_else(nowhere)?.center())
+    let extent = extent.ok_or_else(nowhere)?;
+    if kind == ProjectorType::Mgrs {
+        let (min, max) = (extent.min, extent.max);
+        let corners = [min, max, LonLat { lon: min.lon, lat: max.lat }, LonLat { lon: max.lon, lat: min.lat }];
+        let mut squares: Vec<String> = Projector::squares(&corners).iter().flatten().map(MgrsGrid::to_string).collect();
+        squares.sort_unstable();
+        squares.dedup();
+        if squares.len() > 1 {
+            let message =
+                format!("the data crosses the border of the MGRS squares {}, and a map has one", squares.join(" and "));
+            let help = "use --projector TransverseMercator, or cut the data at the border";
+            return Err(ErrorKind::Build.error(Failure::new(message).about(name).help(help)));
+        }
+    }
+    projector(kind, extent.center())
 }
 
 /// The projector that the user wants, with its origin there.

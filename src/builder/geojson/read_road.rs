@@ -151,6 +151,7 @@ fn section_of_lanes(
             arrows: lane.arrows,
             change: lane.change,
             width_guessed: lane.width_guessed || lane.width.is_none(),
+            speed: lane.speed,
         });
     }
     Ok(CrossSection { strips })

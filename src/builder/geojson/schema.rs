@@ -191,6 +191,8 @@ pub struct LaneShape {
     pub arrows: Arrows,
     #[serde(default, skip_serializing_if = "is_untagged")]
     pub change: [Option<bool>; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
 }
 
 /// A lane that is no feature of its own.
@@ -206,6 +208,8 @@ pub struct StripShape {
     pub arrows: Arrows,
     #[serde(default, skip_serializing_if = "is_untagged")]
     pub change: [Option<bool>; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
 }
 
 fn drive() -> StripKind {

@@ -98,6 +98,7 @@ pub fn section_of(lanes: &[StripShape]) -> CrossSection {
         arrows: lane.arrows,
         change: lane.change,
         width_guessed: lane.width_guessed,
+        speed: lane.speed,
     };
     CrossSection { strips: lanes.iter().map(strip).collect() }
 }

@@ -227,7 +227,7 @@ impl Streets<'_> {
 
     fn lane(&self, road: usize, index: usize) -> LaneShape {
         let (id, road) = (self.ids[road].clone(), &self.network.roads[road]);
-        let Strip { kind, travel, width, arrows, change, width_guessed } = road.section.strips[index].clone();
+        let Strip { kind, travel, width, arrows, change, width_guessed, speed } = road.section.strips[index].clone();
         LaneShape {
             kind: Type::Lane,
             id: Some(FeatureId(Text::from(format!("{}:{index}", id.0)))),
@@ -241,6 +241,7 @@ impl Streets<'_> {
             width_guessed,
             arrows,
             change,
+            speed,
         }
     }
 
@@ -413,6 +414,7 @@ fn strips(section: &CrossSection) -> Vec<StripShape> {
         width_guessed: s.width_guessed,
         arrows: s.arrows,
         change: s.change,
+        speed: s.speed,
     };
     section.strips.iter().map(shape).collect()
 }

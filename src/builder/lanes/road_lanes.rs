@@ -179,8 +179,9 @@ fn road_lanelets(assembly: &mut MapBuilder, road: &Road, ix: RoadIx, borders: &[
 
 /// Tags of the lanelet of a strip in one direction.
 fn lane_attributes(road: &Road, strip: usize, backward: bool) -> Attributes {
-    let speed = road.speed[usize::from(backward)];
-    let mut attributes = road_attributes(road, road.section.strips[strip].kind, speed);
+    let own = &road.section.strips[strip];
+    let speed = own.speed.unwrap_or(road.speed[usize::from(backward)]);
+    let mut attributes = road_attributes(road, own.kind, speed);
     if is_shared_bus_lane(road, strip) {
         attributes.push(ADMITS_BICYCLES, "yes");
     }

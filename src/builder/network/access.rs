@@ -1,5 +1,6 @@
 //! Which ways carry motor vehicles, and who may use them.
 
+use crate::builder::tags::admission::{Admitted, OneWay, admission, closed_by, stated};
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Way};
 
@@ -27,7 +28,7 @@ pub(crate) enum Access {
 pub(super) enum AccessVerdict<'a> {
     Road(Drivable<'a>),
     /// A road by its class that is left out for this reason.
-    LeftOut(&'static str),
+    LeftOut(String),
     /// Not a road for motor vehicles.
     NoRoad,
 }
@@ -35,18 +36,54 @@ pub(super) enum AccessVerdict<'a> {
 /// Whether `way` becomes a road.
 pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
     let tags = &way.tags;
-    let Some((class, link)) = tags.get("highway").and_then(class) else { return AccessVerdict::NoRoad };
+    let Some((class, link)) = tags.get("highway").and_then(class) else {
+        return shared_path(tags).map_or(AccessVerdict::NoRoad, AccessVerdict::LeftOut);
+    };
     if tags.is("area", "yes") {
-        return AccessVerdict::LeftOut("it is an area (area=yes), not a line");
+        return AccessVerdict::LeftOut("it is an area (area=yes), not a line".into());
     }
     if way.nodes.len() < 2 {
-        return AccessVerdict::LeftOut("it has fewer than two nodes");
+        return AccessVerdict::LeftOut("it has fewer than two nodes".into());
     }
-    match access(tags) {
-        Some(access) => AccessVerdict::Road(Drivable { way, class, link, access }),
-        None => AccessVerdict::LeftOut("motor vehicles are not admitted (access tags)"),
+    if let Some((key, value)) = IMPASSABLE.iter().find(|(key, value)| tags.is(key, value)) {
+        return AccessVerdict::LeftOut(format!("no car gets through ({key}={value})"));
     }
+    let admitted = admission(tags, class, link);
+    let access = match admitted.most() {
+        Admitted::Public => Access::Public,
+        Admitted::Private => Access::Private,
+        Admitted::Buses => Access::Bus,
+        Admitted::Nobody if admitted.one_way == OneWay::Reversible => {
+            return AccessVerdict::LeftOut(REVERSIBLE.into());
+        }
+        Admitted::Nobody => {
+            return AccessVerdict::LeftOut(format!("motor vehicles are not admitted ({})", closed_by(tags)));
+        }
+    };
+    AccessVerdict::Road(Drivable { way, class, link, access })
 }
+
+/// Why a way for people or bicycles that admits motor vehicles, too, is left out; `None` for other ways.
+fn shared_path(tags: &Tags) -> Option<String> {
+    let highway = tags.get("highway").filter(|highway| PATHS.contains(highway))?;
+    let (key, value) = ["motorcar", "motor_vehicle"].into_iter().find_map(|key| Some((key, tags.get(key)?)))?;
+    (stated(tags, &[key]) >= Some(Admitted::Private)).then(|| {
+        format!(
+            "highway={highway} is no road, though cars may use it ({key}={value}); to build it as a private road, give it \
+             `highway = \"service\"`, `{key} = \"private\"` and a `maxspeed` under [[road]] in lanewright.toml"
+        )
+    })
+}
+
+/// Ways of people and bicycles.
+const PATHS: [&str; 5] = ["pedestrian", "footway", "cycleway", "path", "bridleway"];
+
+/// Tags of ways that no car gets through.
+const IMPASSABLE: [(&str, &str); 2] = [("smoothness", "impassable"), ("impassable", "yes")];
+
+/// Why a reversible road is left out.
+const REVERSIBLE: &str = "its direction changes with the hours (oneway=reversible), and a map has none; to build it for one \
+                          direction, give it `oneway = \"yes\"` or `\"-1\"` under [[road]] in lanewright.toml";
 
 /// The class of a `highway` value, and whether it is a link; `None` if the value is not for motor vehicles.
 pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
@@ -69,33 +106,4 @@ pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
     };
     let can_be_link = class <= RoadClass::Tertiary;
     (!link || can_be_link).then_some((class, link))
-}
-
-/// Which motor vehicles the tags of a way admit; `None` for none.
-fn access(tags: &Tags) -> Option<Access> {
-    if tags.is("highway", "busway") {
-        return Some(Access::Bus);
-    }
-    match stated(tags, &["motorcar", "motor_vehicle", "vehicle", "access"]) {
-        Some(access) => access,
-        // Without access tags these lead to private ground.
-        None if matches!(tags.get("service"), Some("driveway" | "parking_aisle")) => Some(Access::Private),
-        None => Some(Access::Public),
-    }
-}
-
-/// Which motor vehicles the first of these tags admits, if there is one: `Some(None)` for none.
-pub(super) fn stated(tags: &Tags, keys: &[&str]) -> Option<Option<Access>> {
-    let value = keys.iter().find_map(|key| tags.get(key))?;
-    Some(match value.split(';').next().unwrap_or(value).trim() {
-        "no" | "use_sidepath" | "dismount" => admits_buses(tags).then_some(Access::Bus),
-        "private" | "destination" | "permit" | "customers" | "delivery" | "residents" | "employees" | "students"
-        | "agricultural" | "forestry" | "military" | "emergency" | "restricted" => Some(Access::Private),
-        _ => Some(Access::Public),
-    })
-}
-
-/// Whether the tags name buses among those who may pass.
-pub(super) fn admits_buses(tags: &Tags) -> bool {
-    ["bus", "psv"].iter().any(|key| matches!(tags.get(key), Some("yes" | "designated" | "official")))
 }

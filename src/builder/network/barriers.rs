@@ -7,12 +7,13 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
+use crate::builder::tags::admission::{Admitted, OF_CARS, admits_buses, stated};
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::osm::{OsmData, Tags};
 
 use super::End;
-use super::access::{Access, Drivable, admits_buses, stated};
+use super::access::{Access, Drivable};
 use super::short_dead_ends::CAR;
 use super::way_pieces::WayPiece;
 
@@ -30,7 +31,7 @@ const OPPOSITE: f64 = -0.866;
 const BUS_PIECE: (f64, f64) = (8.0, 0.4);
 
 /// Keys of a node whose values a note tells.
-const TELLING: [&str; 7] = ["barrier", "motorcar", "motor_vehicle", "vehicle", "access", "bus", "psv"];
+const TELLING: [&str; 8] = ["barrier", "bollard", "motorcar", "motor_vehicle", "vehicle", "access", "bus", "psv"];
 
 /// Who passes a node that is not open to all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,17 +170,29 @@ impl<'a> Barriers<'a> {
 /// Who passes a node; `None` for all.
 fn passage(tags: &Tags) -> Option<Passage> {
     let barrier = tags.get("barrier");
-    // Without a barrier `access` tells of something else at the node, such as the entrance of a building.
-    let keys = ["motorcar", "motor_vehicle", "vehicle", "access"];
-    let keys = if barrier.is_some() { &keys[..] } else { &keys[..3] };
+    // Beside another feature `access` tells of that, such as the entrance of a building.
+    let keys = if barrier.is_some() || is_plain(tags) { &OF_CARS[..] } else { &OF_CARS[..3] };
     match stated(tags, keys) {
-        Some(None) => Some(Passage::Nobody),
-        Some(Some(Access::Bus)) => Some(Passage::Buses),
-        Some(Some(Access::Private)) => barrier.map(|_| Passage::Private),
-        Some(Some(Access::Public)) => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
+        Some(Admitted::Nobody) => Some(Passage::Nobody),
+        Some(Admitted::Buses) => Some(Passage::Buses),
+        Some(Admitted::Private) => barrier.map(|_| Passage::Private),
+        Some(Admitted::Public) => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
+        // It sinks for those who have a permit.
+        None if tags.is("bollard", "rising") && !admits_buses(tags) => Some(Passage::Private),
+        // A fence of sound for cattle.
+        None if matches!(tags.get("sensory"), Some("audible" | "audio")) => None,
         None if barrier.is_some_and(closes) => Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody }),
         None => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
     }
+}
+
+/// Whether a node has tags of access only, apart from those that tell of the data.
+fn is_plain(tags: &Tags) -> bool {
+    let is_access = |key: &str| {
+        let own = ["bus", "psv", "foot", "bicycle", "horse", "motorcycle", "hgv", "note", "fixme", "source", "name"];
+        OF_CARS.contains(&key) || own.contains(&key)
+    };
+    tags.iter().all(|(key, _)| is_access(key))
 }
 
 /// Whether no car passes a barrier of this kind unless its access tags say so.

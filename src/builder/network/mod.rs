@@ -31,6 +31,7 @@ mod stop_line_assignment;
 mod tests;
 pub mod turn_angle;
 mod turning_loops;
+mod twin_ways;
 pub mod unreachable_lanes;
 mod way_cross_sections;
 mod way_pieces;

@@ -24,7 +24,7 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, mid_block_signals, private_ground, signal_assignment, stop_line_assignment, turning_loops,
+    islands, mid_block_signals, private_ground, signal_assignment, stop_line_assignment, turning_loops, twin_ways,
 };
 
 use rayon::prelude::*;
@@ -84,7 +84,8 @@ pub fn road_network(
     options: &NetworkOptions,
 ) -> Result<NetworkReading, NetworkError> {
     let mut notes = Vec::new();
-    let corrected = corrected(osm, &options.roads, &mut notes);
+    let mut corrected = corrected(osm, &options.roads, &mut notes);
+    twin_ways::unite(osm, &mut corrected, &mut notes);
     let mut drivable = drivable(osm, &corrected, &mut notes);
     let (ids, places) = located(osm, &drivable);
     let barriers = Barriers::read(osm, &ids, &mut drivable);

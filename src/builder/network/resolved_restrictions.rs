@@ -43,7 +43,12 @@ impl ResolvedRestrictions {
         }
         let mut notes = Vec::new();
         // Chains see the turns at nodes only, so that their order does not matter.
-        let chains: Vec<Chain> = network.restrictions.iter().filter_map(|r| Chain::of(network, r)).collect();
+        let over_roads = network.restrictions.iter().filter(|r| !r.via.is_empty());
+        let (chains, torn): (Vec<_>, Vec<_>) =
+            over_roads.map(|r| Chain::of(network, r).ok_or(r)).partition(Result::is_ok);
+        let chains: Vec<Chain> = chains.into_iter().flatten().collect();
+        let torn = torn.into_iter().filter_map(Result::err);
+        notes.extend(torn.map(|restriction| Chain { restriction, turns: Vec::new() }.note(network)));
         let expressed: Vec<ChainTurns> = chains.iter().map(|chain| chain.as_turns(network, &found)).collect();
         for (chain, ChainTurns { turns, complete }) in chains.iter().zip(expressed) {
             turns.into_iter().for_each(|(from, to)| found.add(from, to, chain.restriction.only));
@@ -154,8 +159,8 @@ impl<'a> Chain<'a> {
         }
         // How many turns, counted back from the last, leave no other choice than the restricted path.
         let bound = 1 + self.turns.windows(2).rev().take_while(|w| lone(w[1].0, false, w[1].1)).count();
-        let turns: Vec<_> =
-            self.turns[..own].iter().skip(self.turns.len() - bound).next_back().copied().into_iter().collect();
+        // The first of these, so that nobody drives into a road that only leads on over the forbidden turn.
+        let turns: Vec<_> = self.turns[..own].iter().skip(self.turns.len() - bound).take(1).copied().collect();
         ChainTurns { complete: !turns.is_empty(), turns }
     }
 
@@ -226,6 +231,22 @@ mod tests {
     fn a_path_with_one_entry_is_forbidden_at_its_end() {
         assert_eq!(permitted("no_left_turn", AWAY), (vec![4], vec![2, 5], vec![]));
         assert_eq!(permitted("only_left_turn", AWAY), (vec![3], vec![2], vec![]));
+    }
+
+    #[test]
+    fn nobody_drives_into_a_link_from_which_the_only_way_on_is_forbidden() {
+        // Way 2 leads to way 3 only.
+        let ways: [(i64, &[i64], &str); 4] =
+            [(1, &[1, 2], TOWARD), (2, &[2, 3], TOWARD), (3, &[3, 4], TOWARD), (5, &[2, 6], TOWARD)];
+        let mut data = osm(&NODES, &ways);
+        restrict(&mut data, 7, "restriction=no_u_turn", &[("from", 'w', 1), ("via", 'w', 2), ("to", 'w', 3)]);
+        let network = network(&data);
+        let (restrictions, notes) = ResolvedRestrictions::new(&network);
+        let road = |way: i64| RoadIx::new(network.roads.iter().position(|road| road.key.way == way).unwrap());
+        let from = RoadEnd { road: road(1), end: End::End };
+        let onto: Vec<i64> =
+            restrictions.neighbours(&network, from, false).map(|to| network.road(to.road).key.way).collect();
+        assert_eq!((onto, notes.len()), (vec![5], 0));
     }
 
     #[test]

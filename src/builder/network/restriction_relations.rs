@@ -13,6 +13,21 @@ use super::{End, IntersectionIx, LaneConnection, RoadEnd, RoadIx, RoadNetwork, T
 /// Keys of restrictions that bind cars, from the most specific to the least.
 const KEYS: [&str; 4] = ["restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction"];
 
+/// What a restriction may say.
+const VALUES: [&str; 11] = [
+    "no_left_turn",
+    "no_right_turn",
+    "no_straight_on",
+    "no_u_turn",
+    "no_entry",
+    "no_exit",
+    "no_turn",
+    "only_left_turn",
+    "only_right_turn",
+    "only_straight_on",
+    "only_u_turn",
+];
+
 /// Distance from the node at which the direction of a way is taken, metres.
 const LOOK: f64 = 8.0;
 
@@ -92,12 +107,19 @@ impl Lookup<'_> {
         if except.split(';').any(|who| matches!(who.trim(), "motorcar" | "motor_vehicle" | "vehicle")) {
             return Err("cars are excepted");
         }
-        let only = value.starts_with("only_");
-        if !only && !value.starts_with("no_") {
-            return Err("its value is neither no_* nor only_*");
+        let mut restricted = Vec::new();
+        for value in value.split(';').map(str::trim) {
+            let only = value.starts_with("only_");
+            if value.ends_with("_on_red") {
+                return Err("it holds at red only, and a light that is red stops everybody");
+            }
+            if !VALUES.contains(&value) {
+                return Err("its value is unknown");
+            }
+            let turn = |(from, via, to)| TurnRestriction { relation: relation.id, from, via, to, only };
+            restricted.extend(self.turns(relation, value)?.into_iter().map(turn));
         }
-        let turn = |(from, via, to)| TurnRestriction { relation: relation.id, from, via, to, only };
-        Ok(self.turns(relation, value)?.into_iter().map(turn).collect())
+        Ok(restricted)
     }
 
     /// The lanes that a relation connects.

@@ -213,6 +213,62 @@ fn access() {
 }
 
 #[test]
+fn closed_roads_are_named_with_their_tag() {
+    let read = |text: &str| build(&data(&CROSS, &[(10, &[1, 5], text), (20, &[5, 3], "")]));
+    for (text, named) in [
+        ("highway=service service=emergency_access", "service=emergency_access"),
+        ("smoothness=impassable", "smoothness=impassable"),
+        ("impassable=yes", "impassable=yes"),
+        ("oneway=reversible", "oneway=reversible"),
+        ("motor_vehicle=agricultural;forestry", "motor_vehicle=agricultural;forestry"),
+        ("access=emergency", "access=emergency"),
+        ("motor_vehicle:forward=no motor_vehicle:backward=no", "motor_vehicle:forward=no"),
+        ("oneway=yes motorcar:forward=no", "motorcar:forward=no"),
+        ("highway=pedestrian motor_vehicle=yes", "motor_vehicle=yes"),
+        ("highway=cycleway motor_vehicle=destination", "motor_vehicle=destination"),
+        ("highway=path motorcar=designated", "motorcar=designated"),
+    ] {
+        let built = read(text);
+        let notes: Vec<&str> = built.notes.iter().map(|note| note.message.as_str()).collect();
+        assert_eq!(slugs(&built), ["way-skipped"], "{text}");
+        assert!(notes[0].contains(named), "{text}: {notes:?}");
+    }
+    for text in
+        ["access=destination;agricultural", "motor_vehicle=unheard_of", "motor_vehicle=yes;no", "hov=designated"]
+    {
+        assert_eq!(slugs(&read(text)), [""; 0], "{text}");
+    }
+    let bus = read("access=psv");
+    assert!(bus.network.roads[0].section.strips.iter().all(|strip| strip.kind == StripKind::Bus));
+}
+
+#[test]
+fn ways_over_the_same_nodes_are_one_road() {
+    let lanes = |ways: &[(i64, &[i64], &str)]| {
+        let built = build(&data(&CROSS, ways));
+        let roads = built.network.roads.iter();
+        let travels: Vec<Vec<Travel>> =
+            roads.map(|road| road.section.driven().map(|(_, strip)| strip.travel).collect()).collect();
+        (travels, slugs(&built).into_iter().map(str::to_owned).collect::<Vec<_>>())
+    };
+    let (back, on) = (Travel::Backward, Travel::Forward);
+    let one_way = "oneway=yes lanes=1";
+    assert_eq!(
+        lanes(&[(10, &[1, 5], one_way), (11, &[5, 1], one_way)]),
+        (vec![vec![back, on]], vec!["way-twin".into()])
+    );
+    let twice = lanes(&[(10, &[1, 5], "oneway=yes lanes=2"), (11, &[5, 1], "oneway=yes lanes=1")]);
+    assert_eq!(twice.0, [vec![back, on, on]]);
+    assert_eq!(lanes(&[(10, &[1, 5], "oneway=-1"), (11, &[1, 5], "oneway=yes")]).0, [vec![back, on]]);
+    assert_eq!(lanes(&[(10, &[1, 5], "lanes=2"), (11, &[1, 5], "lanes=2")]).0, [vec![back, on]]);
+    assert_eq!(lanes(&[(10, &[1, 5], "oneway=yes"), (11, &[5, 1], "lanes=2")]).0, [vec![back, on]]);
+    let three = lanes(&[(10, &[1, 5], one_way), (11, &[5, 1], one_way), (12, &[1, 5], one_way)]);
+    assert_eq!(three.0, [vec![back, on]]);
+    let above = lanes(&[(10, &[1, 5], ""), (11, &[1, 5], "bridge=yes")]);
+    assert_eq!(above.1, [""; 0], "another level");
+}
+
+#[test]
 fn levels() {
     let level = |text: &str| build(&data(&CROSS, &[(10, &[1, 5], text)])).network.roads[0].level;
     assert_eq!(level(""), 0.0);

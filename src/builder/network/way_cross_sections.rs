@@ -10,7 +10,8 @@ use crate::builder::tags::cross_section::{
     Customs, Lane, SectionReading, StripKind, Travel, WayFacts, layout, tells_lanes,
 };
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
-use crate::diagnostic::Finding;
+use crate::builder::tags::speed::unread;
+use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::parallel::Finely;
 
@@ -50,6 +51,10 @@ impl<'d, 'a> WaySections<'d, 'a> {
             continued,
         };
         let mut notes = Vec::new();
+        if let Some(tag) = unread(facts.tags, self.customs.country) {
+            let message = format!("way {}: {tag} is no limit that is known; it is passed over", facts.way);
+            notes.push(Finding::new("speed-unread", Subject::Way(facts.way), message).graded(Severity::Info));
+        }
         (layout(&facts, &mut notes), notes)
     }
 

@@ -1,6 +1,7 @@
 //! The cross-section of a road: its strips from left to right, read from tags.
 
 mod bus_lanes;
+mod contraflow;
 mod defaults;
 mod facts;
 mod flow;
@@ -153,12 +154,14 @@ pub struct Strip {
     pub change: [Option<bool>; 2],
     /// Whether the width is a default.
     pub width_guessed: bool,
+    /// Its own speed limit, km/h, if it differs from lane to lane.
+    pub speed: Option<f64>,
 }
 
 impl Strip {
     /// A strip without arrows and without rules for lane changes.
     pub fn plain(kind: StripKind, travel: Travel, width: f64, width_guessed: bool) -> Self {
-        Self { kind, travel, width, arrows: Arrows::NONE, change: [None, None], width_guessed }
+        Self { kind, travel, width, arrows: Arrows::NONE, change: [None, None], width_guessed, speed: None }
     }
 }
 

@@ -4,70 +4,53 @@ use crate::osm::Tags;
 
 use super::cross_section::Customs;
 use super::road_class::RoadClass;
-use super::values::number_of;
+use super::speed_limits::{UNLIMITED, WALK, limits, of_zone};
+use super::values::{number_of, per_lane};
 
 const KMH_PER_MPH: f64 = 1.609_344;
 const KMH_PER_KNOT: f64 = 1.852;
 
-/// Walking pace in Germany and Austria, km/h: `walk` and living streets.
-const WALK: f64 = 7.0;
-/// The advisory speed of German motorways, km/h: `none`.
-const UNLIMITED: f64 = 130.0;
 /// Service roads and tracks, km/h.
 const SERVICE: f64 = 20.0;
 /// Motorway ramps, km/h.
 const RAMP: f64 = 60.0;
 
-/// The limits of a country in towns, outside towns and on motorways, km/h.
-struct Limits {
-    countries: &'static [&'static str],
-    urban: f64,
-    rural: f64,
-    motorway: f64,
-}
-
-/// Countries whose limits differ from [`ELSEWHERE`].
-const COUNTRIES: [Limits; 12] = [
-    Limits { countries: &["DE"], urban: 50.0, rural: 100.0, motorway: UNLIMITED },
-    Limits { countries: &["AT"], urban: 50.0, rural: 100.0, motorway: 130.0 },
-    Limits { countries: &["FR", "CH", "FI", "NL"], urban: 50.0, rural: 80.0, motorway: 120.0 },
-    Limits { countries: &["NO", "SE"], urban: 50.0, rural: 80.0, motorway: 110.0 },
-    Limits { countries: &["JP"], urban: 60.0, rural: 60.0, motorway: 100.0 },
-    Limits { countries: &["KR"], urban: 50.0, rural: 80.0, motorway: 100.0 },
-    Limits { countries: &["TW"], urban: 50.0, rural: 60.0, motorway: 100.0 },
-    Limits { countries: &["SG", "HK"], urban: 50.0, rural: 50.0, motorway: 90.0 },
-    Limits { countries: &["AU", "NZ"], urban: 50.0, rural: 100.0, motorway: 110.0 },
-    Limits {
-        countries: &["GB", "GG", "JE", "IM"],
-        urban: 30.0 * KMH_PER_MPH,
-        rural: 60.0 * KMH_PER_MPH,
-        motorway: 70.0 * KMH_PER_MPH,
-    },
-    Limits {
-        countries: &["US", "PR", "VI", "GU"],
-        urban: 25.0 * KMH_PER_MPH,
-        rural: 55.0 * KMH_PER_MPH,
-        motorway: 65.0 * KMH_PER_MPH,
-    },
-    Limits { countries: &["IN", "TH", "ID", "MY"], urban: 50.0, rural: 80.0, motorway: 100.0 },
-];
-
-/// The limits of most countries.
-const ELSEWHERE: Limits = Limits { countries: &[], urban: 50.0, rural: 90.0, motorway: 120.0 };
-
-fn limits(country: Option<&str>) -> &'static Limits {
-    let known = |limits: &&Limits| country.is_some_and(|country| limits.countries.contains(&country));
-    COUNTRIES.iter().find(known).unwrap_or(&ELSEWHERE)
-}
+/// Keys of a limit for cars, from the most specific to the least. An advisory speed is none.
+const OF_CARS: [&str; 4] = ["maxspeed:motorcar", "maxspeed:motor_vehicle", "maxspeed:vehicle", "maxspeed"];
+/// Keys of what a limit follows from.
+const ZONES: [&str; 4] = ["maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"];
 
 /// The limit forward and backward along the way, km/h.
 pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs<'_>) -> [f64; 2] {
     let country = customs.country;
     let read = |key| tags.get(key).and_then(|value| parse(value, country));
     let default = || customs.defaults(class, link).speed.unwrap_or_else(|| default(class, link, country));
-    let both = ["maxspeed", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"];
-    let both = both.iter().find_map(|key| read(key));
-    ["maxspeed:forward", "maxspeed:backward"].map(|key| read(key).or(both).unwrap_or_else(default))
+    let of_lanes = |suffix: &str| {
+        let list = tags.get_joined(["maxspeed:lanes", suffix]).or_else(|| tags.get("maxspeed:lanes"))?;
+        per_lane(list).filter_map(|entry| parse(entry, country)).max_by(f64::total_cmp)
+    };
+    [":forward", ":backward"].map(|suffix| {
+        let directed = |key: &str| tags.get_joined([key, suffix]).and_then(|value| parse(value, country));
+        let tagged = OF_CARS.into_iter().find_map(|key| directed(key).or_else(|| read(key)));
+        let tagged = tagged.or_else(|| of_lanes(suffix)).or_else(|| ZONES.into_iter().find_map(read));
+        tagged.unwrap_or_else(default)
+    })
+}
+
+/// The limit of one lane, km/h: an entry of `maxspeed:lanes`.
+pub(crate) fn of_lane(entry: &str) -> Option<f64> {
+    parse(entry, None)
+}
+
+/// The tag of a limit that tells nothing: `maxspeed=signals`. Words of `source:maxspeed` may be of anything.
+pub(crate) fn unread(tags: &Tags, country: Option<&str>) -> Option<String> {
+    let keys = OF_CARS.into_iter().chain([ZONES[0]]);
+    let mut told = keys.filter_map(|key| Some((key, tags.get(key)?)));
+    let unknown = |(key, value): &(&str, &str)| {
+        let words = ["sign", "signals", "implicit", "variable"];
+        parse(value, country).is_none() && !(*key == ZONES[0] && words.contains(value))
+    };
+    told.find(unknown).map(|(key, value)| format!("{key}={value}"))
 }
 
 /// The default limit of a class, km/h.
@@ -76,8 +59,8 @@ fn default(class: RoadClass, link: bool, country: Option<&str>) -> f64 {
     match class {
         RoadClass::Motorway | RoadClass::Trunk if link => RAMP,
         RoadClass::Motorway => limits.motorway,
-        RoadClass::Trunk => limits.rural,
-        RoadClass::LivingStreet => WALK,
+        RoadClass::Trunk => limits.trunk,
+        RoadClass::LivingStreet => limits.slow,
         RoadClass::Service | RoadClass::Track => SERVICE,
         _ => limits.urban,
     }
@@ -96,7 +79,7 @@ fn parse(value: &str, country: Option<&str>) -> Option<f64> {
         _ => {}
     }
     if let Some((place, zone)) = value.split_once(':') {
-        return of_zone(zone, Some(place.split('-').next().unwrap_or(place)));
+        return zone_limit(zone, Some(place));
     }
     let split = value.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(value.len());
     let (number, unit) = value.split_at(split);
@@ -104,26 +87,18 @@ fn parse(value: &str, country: Option<&str>) -> Option<f64> {
         "" | "km/h" | "kmh" | "kph" => 1.0,
         "mph" => KMH_PER_MPH,
         "knots" => KMH_PER_KNOT,
-        _ => return of_zone(value, country),
+        _ => return zone_limit(value, country),
     };
     let speed = number_of(number)? * kmh;
     (speed.is_finite() && speed > 0.0 && speed < 400.0).then_some(speed)
 }
 
-fn of_zone(zone: &str, country: Option<&str>) -> Option<f64> {
-    let limits = limits(country);
-    match zone {
-        "urban" | "nsl_restricted" => Some(limits.urban),
-        "rural" | "nsl_single" => Some(limits.rural),
-        "motorway" | "nsl_dual" => Some(limits.motorway),
-        "trunk" => Some(limits.rural),
-        "living_street" | "walk" => Some(WALK),
-        "bicycle_road" => Some(30.0),
-        _ => {
-            let number = zone.strip_prefix("zone").map(|rest| rest.trim_start_matches(':')).unwrap_or(zone);
-            number_of(number).filter(|speed| (1.0..=130.0).contains(speed))
-        }
-    }
+/// The limit of a zone: a word, or a number as `zone30`.
+fn zone_limit(zone: &str, place: Option<&str>) -> Option<f64> {
+    of_zone(zone, place).or_else(|| {
+        let number = zone.strip_prefix("zone").map(|rest| rest.trim_start_matches(':')).unwrap_or(zone);
+        number_of(number).filter(|speed| (1.0..=130.0).contains(speed))
+    })
 }
 
 #[cfg(test)]
@@ -153,6 +128,37 @@ mod tests {
         assert_eq!(of(&[("source:maxspeed", "DE:zone:20")]), [20.0; 2]);
         assert_eq!(of(&[("maxspeed:type", "GB:nsl_single")]), [60.0 * KMH_PER_MPH; 2]);
         assert_eq!(of(&[("maxspeed", "50;30")]), [30.0; 2]);
+    }
+
+    #[test]
+    fn zones_have_the_limits_of_their_country() {
+        for (value, kmh) in [
+            ("CH:trunk", 100.0),
+            ("RO:trunk", 100.0),
+            ("LV:living_street", 20.0),
+            ("RU:living_street", 20.0),
+            ("BE-VLG:rural", 70.0),
+            ("BE-WAL:rural", 90.0),
+            ("JP:national", 60.0),
+            ("CZ:pedestrian_zone", 20.0),
+            ("UK:nsl_single", 60.0 * KMH_PER_MPH),
+            ("BE-XYZ:urban", 50.0),
+        ] {
+            assert_eq!(of(&[("maxspeed", value)]), [kmh; 2], "{value}");
+        }
+        let unread = |pairs: &[(&str, &str)]| unread(&pairs.iter().copied().collect(), Some("DE"));
+        assert_eq!(unread(&[("maxspeed", "DE:moonlight")]).as_deref(), Some("maxspeed=DE:moonlight"));
+        assert_eq!(unread(&[("maxspeed", "30"), ("maxspeed:type", "sign")]), None);
+        assert_eq!(unread(&[("source:maxspeed", "survey")]), None);
+    }
+
+    #[test]
+    fn the_limit_of_cars_counts_and_advice_does_not() {
+        assert_eq!(of(&[("maxspeed", "100"), ("maxspeed:motorcar", "80")]), [80.0; 2]);
+        assert_eq!(of(&[("maxspeed:advisory", "30")]), [50.0; 2]);
+        assert_eq!(of(&[("maxspeed:lanes", "100|100|80")]), [100.0; 2]);
+        assert_eq!(of(&[("maxspeed:lanes:backward", "60|40")]), [50.0, 60.0]);
+        assert_eq!(of(&[("maxspeed", "50"), ("maxspeed:lanes", "100|80")]), [50.0; 2]);
     }
 
     #[test]

@@ -26,13 +26,22 @@ fn street_lengths(built: &NetworkReading) -> Vec<(i64, bool)> {
 
 #[test]
 fn a_road_ends_on_both_sides_of_a_barrier() {
-    for tags in ["barrier=bollard", "barrier=bus_trap access=no", "motor_vehicle=no", "barrier=gate vehicle=no"] {
+    for tags in
+        ["barrier=bollard", "barrier=bus_trap access=no", "motor_vehicle=no", "barrier=gate vehicle=no", "access=no"]
+    {
         let built = street_past(tags);
         assert_eq!(street_lengths(&built), [(99, false), (99, false)], "{tags}");
         assert_eq!(slugs(&built), ["road-closed"], "{tags}");
         assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 1).count(), 4, "{tags}");
     }
-    let open = ["barrier=bollard motor_vehicle=yes", "barrier=kerb", "barrier=toll_booth", "access=no", "bicycle=no"];
+    let open = [
+        "barrier=bollard motor_vehicle=yes",
+        "barrier=kerb",
+        "barrier=toll_booth",
+        "barrier=fence sensory=audible",
+        "entrance=main access=no",
+        "bicycle=no",
+    ];
     for tags in open {
         let built = street_past(tags);
         assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec![]), "{tags}");
@@ -40,6 +49,15 @@ fn a_road_ends_on_both_sides_of_a_barrier() {
     for tags in ["barrier=gate", "barrier=lift_gate access=yes"] {
         let built = street_past(tags);
         assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec!["gate"]), "{tags}");
+    }
+}
+
+#[test]
+fn a_rising_bollard_is_a_gate_to_private_ground() {
+    for (tags, fault) in
+        [("barrier=bollard bollard=rising", "gate"), ("barrier=bollard bollard=removable", "road-closed")]
+    {
+        assert_eq!(slugs(&street_past(tags)), [fault], "{tags}");
     }
 }
 

@@ -20,7 +20,8 @@ const SHARPEST: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
 /// Joins the two roads of every intersection that has only these, if their lanes are the same.
 pub fn join_alike(network: RoadNetwork) -> RoadNetwork {
     let mut edit = NetworkEdit::new(network);
-    for ix in edit.intersections() {
+    let forbidden = edit.forbidden_joints();
+    for ix in edit.intersections().filter(|ix| !forbidden.contains(ix)) {
         join_at(&mut edit, ix);
     }
     edit.finish()
@@ -110,6 +111,7 @@ fn same_lanes(a: &Road, b: &Road) -> bool {
     let same_strips = a.section.strips.iter().zip(&b.section.strips).all(|(s, t)| {
         (s.kind, s.travel, s.change) == (t.kind, t.travel, t.change)
             && s.arrows == t.arrows
+            && s.speed == t.speed
             && (s.width - t.width).abs() < SAME_PLACE
     });
     same_class(a, b)

@@ -5,6 +5,8 @@ use crate::builder::network::{
 };
 use crate::geometry::Point;
 
+use rustc_hash::FxHashSet;
+
 use super::renames::Renames;
 
 /// A network under change. Indices of intersections stay until [`NetworkEdit::finish`]; a joined road gets a new index.
@@ -42,6 +44,20 @@ impl NetworkEdit {
         self.network.roads.push(road);
         self.gone.push(false);
         self.replace(&old, |end| place(end).map(|end| RoadEnd { road: new, end }));
+    }
+
+    /// The intersections where a restriction forbids to go on: roads that meet there stay apart.
+    ///
+    /// Of a restriction over roads that nothing else joins this is the last one.
+    pub fn forbidden_joints(&self) -> FxHashSet<IntersectionIx> {
+        let network = &self.network;
+        let is_joint = |ix: IntersectionIx| network.intersection(ix).arms.len() == 2;
+        let forbids = network.restrictions.iter().filter(|r| !r.only && r.from.road != r.to.road);
+        let joints = forbids.filter_map(|r| {
+            let inner = r.via.iter().flat_map(|road| [network.road(*road).from, network.road(*road).to]);
+            inner.chain([network.intersection_at(r.from)]).all(is_joint).then(|| network.intersection_at(r.to))
+        });
+        joints.collect()
     }
 
     /// Replaces a road by two pieces along its line, which meet at a new node.
@@ -113,6 +129,7 @@ impl NetworkEdit {
         });
         renames.intersections = numbers.collect();
         intersections.retain(|intersection| !intersection.arms.is_empty());
+        let restrictions = restrictions.into_iter().filter_map(|r| renamed_restriction(r, &renames, &roads)).collect();
         let mut roads: Vec<Option<Road>> = roads.into_iter().map(Some).collect();
         let roads = left.iter().filter_map(|(_, old)| {
             let mut road = roads[*old].take()?;
@@ -122,7 +139,7 @@ impl NetworkEdit {
         RoadNetwork {
             roads: roads.collect(),
             intersections: intersections.into_iter().map(|i| with_sorted_passages(renames.intersection(i))).collect(),
-            restrictions: restrictions.into_iter().filter_map(|r| renamed_restriction(r, &renames)).collect(),
+            restrictions,
             connections: connections.into_iter().filter_map(|c| renames.connection(c)).collect(),
             ..network
         }
@@ -142,11 +159,28 @@ fn with_sorted_passages(mut intersection: Intersection) -> Intersection {
     intersection
 }
 
-/// The restriction between the new arms; `None` if a road is gone.
-fn renamed_restriction(r: TurnRestriction, renames: &Renames) -> Option<TurnRestriction> {
-    // A joined road has taken over both ends of a `via` road, or one of them.
-    let new_via = |&road| End::BOTH.into_iter().find_map(|end| renames.arm(RoadEnd { road, end })).map(|arm| arm.road);
-    let mut via = r.via.iter().map(new_via).collect::<Option<Vec<RoadIx>>>()?;
-    via.dedup();
-    Some(TurnRestriction { from: renames.arm(r.from)?, to: renames.arm(r.to)?, via, ..r })
+/// The restriction between the new arms; `None` if a road is gone. `roads` has all roads that ever were, at the intersections of
+/// `renames`' start.
+///
+/// Where its first or its last road was joined with the road behind or before it, it begins or ends where that road does.
+fn renamed_restriction(r: TurnRestriction, renames: &Renames, roads: &[Road]) -> Option<TurnRestriction> {
+    let path = std::iter::once(r.from.road).chain(r.via.iter().copied()).chain([r.to.road]);
+    let mut path = path.map(|road| renames.latest_road(road)).collect::<Option<Vec<RoadIx>>>()?;
+    path.dedup();
+    let [first, .., last] = path[..] else { return None };
+    let [second, before_last] = [path[1], path[path.len() - 2]];
+    let end = |arm: RoadEnd, road: RoadIx, beside: RoadIx| {
+        renames.latest(arm).or_else(|| {
+            let other = &roads[beside];
+            let ends = End::BOTH.into_iter().find(|end| {
+                let here = roads[road].intersection(*end);
+                here == other.from || here == other.to
+            });
+            ends.map(|end| RoadEnd { road, end })
+        })
+    };
+    let [from, to] =
+        [(r.from, first, second), (r.to, last, before_last)].map(|(arm, road, beside)| end(arm, road, beside));
+    let via = path[1..path.len() - 1].iter().map(|road| renames.roads[*road]).collect::<Option<Vec<RoadIx>>>()?;
+    Some(TurnRestriction { from: renames.arm(from?)?, to: renames.arm(to?)?, via, ..r })
 }

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::network::{Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx};
+use crate::builder::network::{End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx};
 
 /// Where the road ends and intersections of a network are after an edit.
 #[derive(Default)]
@@ -22,6 +22,15 @@ impl Renames {
             arm = (*next)?;
         }
         Some(arm)
+    }
+
+    /// The road that took the place of this one, by old index; `None` if it is gone.
+    pub fn latest_road(&self, mut road: RoadIx) -> Option<RoadIx> {
+        while let [Some(start), Some(end)] = End::BOTH.map(|end| self.replaced.get(&RoadEnd { road, end })) {
+            // A joined road keeps one end of each of its parts; a divided one has two roads in its place.
+            road = start.or(*end)?.road;
+        }
+        Some(road)
     }
 
     /// The end that took the place of this one, by new index; `None` if it is gone.

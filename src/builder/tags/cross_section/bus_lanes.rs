@@ -3,8 +3,9 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
+use super::contraflow::leads_against;
 use super::facts::{MAX_LANES, default_lane, tagged_count};
-use super::flow::Flow;
+use super::flow::{Flow, is_for_buses};
 use super::per_lane::PerLane;
 use super::{Strip, StripKind, Travel, WayFacts};
 
@@ -18,14 +19,26 @@ enum Edge {
 }
 
 /// Turns lanes into bus lanes, or adds a bus lane where none would be left for cars. `lanes` and `lists` are those of the forward
-/// and the backward direction. Lists that name bus lanes take precedence.
+/// and the backward direction. Lists that name bus lanes take precedence. Lanes against a one-way road are bus lanes already.
 pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<Strip>; 2], lists: [&PerLane; 2]) {
     let [forward, backward] = lanes;
-    if lists[0].names_buses(forward.len()) || lists[1].names_buses(backward.len()) || facts.bus_road {
+    let named = [
+        flow.against() != Some(Travel::Forward) && lists[0].names_buses(forward.len()),
+        flow.against() != Some(Travel::Backward) && lists[1].names_buses(backward.len()),
+    ];
+    if named.contains(&true) || facts.bus_road || mark_counted(facts, flow, forward, backward) {
         return;
     }
-    if mark_counted(facts, flow, forward, backward) {
-        return;
+    for (lanes, list) in [(&mut *forward, lists[0]), (&mut *backward, lists[1])] {
+        let [first, last] = list.bus_lanes_at_edges(lanes.len());
+        let cars = lanes.iter().filter(|lane| lane.kind == StripKind::Drive).count();
+        if cars < 2 || first == last {
+            continue;
+        }
+        if let Some(lane) = if first { lanes.first_mut() } else { lanes.last_mut() } {
+            lane.kind = StripKind::Bus;
+            return;
+        }
     }
     let sides = [("busway:left", Travel::Backward), ("busway:right", Travel::Forward)];
     let value = |key| {
@@ -37,22 +50,29 @@ pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<
             DrivingSide::Right => right_hand,
             DrivingSide::Left => right_hand.reversed(),
         };
+        if flow.against().is_some_and(|against| leads_against(facts, key, against)) {
+            continue;
+        }
         match (value(key), flow) {
             (Some("lane"), Flow::TwoWay) => {
                 mark(facts, if here == Travel::Forward { forward } else { backward }, Edge::Near, here);
             }
             (Some("lane"), Flow::Forward) => mark(facts, forward, edge(here, Travel::Forward), Travel::Forward),
             (Some("lane"), Flow::Backward) => mark(facts, backward, edge(here, Travel::Backward), Travel::Backward),
-            (Some("opposite_lane"), _) => against(facts, flow, forward, backward),
             _ => {}
         }
     }
     match (facts.tags.get("busway"), flow) {
         (Some("lane"), Flow::Forward) => mark(facts, forward, Edge::Near, Travel::Forward),
         (Some("lane"), Flow::Backward) => mark(facts, backward, Edge::Near, Travel::Backward),
-        (Some("opposite_lane"), _) => against(facts, flow, forward, backward),
         _ => {}
     }
+}
+
+/// Whether a two-way road has a bus lane of its own, forward and backward, by `busway` on one side.
+pub(super) fn on_sides(facts: &WayFacts<'_>) -> [bool; 2] {
+    let [left, right] = ["busway:left", "busway:right"].map(|key| facts.tags.is(key, "lane"));
+    if facts.side == DrivingSide::Right { [right, left] } else { [left, right] }
 }
 
 /// The edge of the lanes of `travel` on the side of the road of direction `here`.
@@ -60,18 +80,40 @@ fn edge(here: Travel, travel: Travel) -> Edge {
     if here == travel { Edge::Near } else { Edge::Far }
 }
 
-/// The numbers of bus lanes forward and backward by `lanes:bus` and `lanes:psv`, with or without a direction.
+/// The number of bus lanes by `lanes:bus` and `lanes:psv`, with this suffix.
+fn count(facts: &WayFacts<'_>, suffix: &str) -> Option<usize> {
+    let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
+    number_of(value).filter(|n| *n >= 1.0).map(|n| (n as usize).min(MAX_LANES))
+}
+
+/// The numbers of bus lanes forward and backward by `lanes:bus` and `lanes:psv`, with or without a direction; of a one-way road
+/// those in its direction.
 pub(super) fn counted(facts: &WayFacts<'_>, flow: Flow) -> [Option<usize>; 2] {
-    let count = |suffix: &str| {
-        let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
-        number_of(value).filter(|n| *n >= 1.0).map(|n| (n as usize).min(MAX_LANES))
-    };
-    match (count(":forward"), count(":backward"), count(""), flow) {
-        (None, None, Some(all), Flow::Backward) => [None, Some(all)],
-        (None, None, Some(all), Flow::TwoWay) if all > 1 => [Some(all.div_ceil(2)), Some(all / 2)],
-        (None, None, all, _) => [all, None],
-        (ahead, back, ..) => [ahead, back],
+    let [ahead, back, all] = [":forward", ":backward", ""].map(|suffix| count(facts, suffix));
+    if let Some(against) = flow.against() {
+        let rest = |all| match counted_against(facts, against) {
+            Some(n) => Some(all - n).filter(|rest| *rest > 0),
+            None => Some(all),
+        };
+        return match against {
+            Travel::Forward => [None, back.or(all.filter(|_| ahead.is_none()).and_then(rest))],
+            _ => [ahead.or(all.filter(|_| back.is_none()).and_then(rest)), None],
+        };
     }
+    match (ahead, back, all) {
+        (None, None, Some(all)) if flow == Flow::TwoWay && all > 1 => [Some(all.div_ceil(2)), Some(all / 2)],
+        (None, None, all) => [all, None],
+        (ahead, back, _) => [ahead, back],
+    }
+}
+
+/// The number of bus lanes against a one-way road by `lanes:bus` and `lanes:psv`. Of a number for both directions half, and at
+/// least one, belong to the buses that drive against it.
+pub(super) fn counted_against(facts: &WayFacts<'_>, against: Travel) -> Option<usize> {
+    let [own, other] = [":forward", ":backward"].map(|suffix| count(facts, suffix));
+    let (here, there) = if against == Travel::Forward { (own, other) } else { (other, own) };
+    let shared = || count(facts, "").filter(|_| there.is_none() && is_for_buses(facts, against));
+    here.or_else(|| shared().map(|all| (all / 2).max(1)))
 }
 
 /// Applies `lanes:bus` and `lanes:psv`. Returns whether there was one.
@@ -105,23 +147,14 @@ fn add(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel)
 fn mark(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
     let first = (edge == Edge::Near) == (facts.side == DrivingSide::Left);
     let cars = lanes.iter().filter(|lane| lane.kind == StripKind::Drive).count();
+    if cars == 0 && lanes.iter().any(|lane| lane.kind == StripKind::Bus) {
+        return;
+    }
     if cars < 2 {
         return add(facts, lanes, edge, travel);
     }
     let outermost = if first { lanes.first_mut() } else { lanes.last_mut() };
     if let Some(lane) = outermost {
         lane.kind = StripKind::Bus;
-    }
-}
-
-/// A bus lane against a one-way street.
-fn against(facts: &WayFacts<'_>, flow: Flow, forward: &mut Vec<Strip>, backward: &mut Vec<Strip>) {
-    let (lanes, travel) = match flow {
-        Flow::Forward => (backward, Travel::Backward),
-        Flow::Backward => (forward, Travel::Forward),
-        _ => return,
-    };
-    if lanes.is_empty() {
-        lanes.push(Strip { kind: StripKind::Bus, ..default_lane(facts, travel) });
     }
 }

@@ -1,8 +1,8 @@
-//! Whether a way is one-way: by `oneway`, its class and roundabouts.
+//! Whether a way is one-way: by `oneway`, its class and roundabouts; and the direction that access tags close to cars.
 
-use crate::builder::tags::road_class::{RoadClass, is_roundabout};
+use crate::builder::tags::admission::{Admitted, OneWay, admission};
 
-use super::WayFacts;
+use super::{StripKind, Travel, WayFacts};
 
 /// The directions of motor traffic on a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub(super) enum Flow {
     /// Only against the way.
     Backward,
     /// One direction at a time, on all lanes.
-    Reversible,
+    Alternating,
 }
 
 impl Flow {
@@ -22,17 +22,46 @@ impl Flow {
     pub fn is_oneway(self) -> bool {
         matches!(self, Self::Forward | Self::Backward)
     }
+
+    /// The direction against which all motor traffic runs.
+    pub fn against(self) -> Option<Travel> {
+        match self {
+            Self::Forward => Some(Travel::Backward),
+            Self::Backward => Some(Travel::Forward),
+            _ => None,
+        }
+    }
 }
 
-/// The flow of a way.
+/// The flow of a way by its one-way tags. Buses may drive against it.
 pub(super) fn flow(facts: &WayFacts<'_>) -> Flow {
-    let keys = ["oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"];
-    match keys.iter().find_map(|key| facts.tags.get(key)) {
-        Some("yes" | "true" | "1") => Flow::Forward,
-        Some("-1" | "reverse") => Flow::Backward,
-        Some("reversible" | "alternating") => Flow::Reversible,
-        Some("no" | "false" | "0") => Flow::TwoWay,
-        _ if facts.class == RoadClass::Motorway || is_roundabout(facts.tags) => Flow::Forward,
-        _ => Flow::TwoWay,
+    match admission(facts.tags, facts.class, facts.link).one_way {
+        OneWay::Forward => Flow::Forward,
+        OneWay::Backward => Flow::Backward,
+        OneWay::Alternating | OneWay::Reversible => Flow::Alternating,
+        OneWay::No => Flow::TwoWay,
     }
+}
+
+/// The use of the lanes in the only direction that access tags close to cars, forward or backward: of buses, or nobody's.
+pub(super) fn closed_direction(facts: &WayFacts<'_>) -> Option<(Travel, StripKind)> {
+    let admitted = admission(facts.tags, facts.class, facts.link);
+    let open = if facts.bus_road { Admitted::Buses } else { Admitted::Private };
+    let use_of = |admitted| if admitted == Admitted::Buses { StripKind::Bus } else { StripKind::Buffer };
+    match (admitted.forward >= open, admitted.backward >= open) {
+        (true, false) => Some((Travel::Backward, use_of(admitted.backward))),
+        (false, true) => Some((Travel::Forward, use_of(admitted.forward))),
+        // A lane against the traffic: who tags it without `oneway` means a one-way road.
+        _ if facts.tags.is("busway", "opposite_lane") && !facts.tags.has("oneway") => {
+            Some((Travel::Backward, StripKind::Bus))
+        }
+        _ => None,
+    }
+}
+
+/// Whether only buses may drive in this direction.
+pub(super) fn is_for_buses(facts: &WayFacts<'_>, travel: Travel) -> bool {
+    let admitted = admission(facts.tags, facts.class, facts.link);
+    let toward = if travel == Travel::Forward { admitted.forward } else { admitted.backward };
+    toward == Admitted::Buses
 }

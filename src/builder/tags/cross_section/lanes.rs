@@ -6,8 +6,9 @@ use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
 use super::bus_lanes::{self, mark_bus_lanes};
+use super::contraflow::lanes_against;
 use super::facts::{MAX_LANES, MAX_SINGLE_TRACK, default_lane, tagged_count};
-use super::flow::Flow;
+use super::flow::{Flow, closed_direction};
 use super::per_lane::{PerLane, per_lane};
 use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 
@@ -28,6 +29,23 @@ struct Counts {
     both: usize,
 }
 
+impl Counts {
+    /// Takes a direction from cars: its lanes become lanes of this kind. A road without tagged lanes has none for nobody; of a
+    /// single track the other direction is left.
+    fn close(&mut self, travel: Travel, kind: StripKind, told: bool) {
+        let single = self.forward == 0 && self.backward == 0;
+        let (open, closed) = match travel {
+            Travel::Forward => (&mut self.backward, &mut self.forward),
+            _ => (&mut self.forward, &mut self.backward),
+        };
+        if single {
+            *open = std::mem::take(&mut self.both);
+        } else if kind == StripKind::Buffer && !told {
+            *closed = 0;
+        }
+    }
+}
+
 /// Reads the lanes of a way. `beside` is the width of parking and bicycle lanes on its carriageway, metres.
 pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
     let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
@@ -39,15 +57,35 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
     let forward_list = per_lane(facts, Travel::Forward, flow, tagged_count(facts, "lanes:forward"), notes);
     let backward_list = per_lane(facts, Travel::Backward, flow, tagged_count(facts, "lanes:backward"), notes);
     let both_list = per_lane(facts, Travel::Both, flow, tagged_count(facts, "lanes:both_ways"), notes);
-    let counts = match flow {
+    let closed = closed_direction(facts);
+    let mut counts = match flow {
         Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], room, notes),
-        Flow::Reversible => Counts { forward: 0, backward: 0, both: one_way(facts, flow, &both_list, notes) },
-        Flow::Forward => Counts { forward: one_way(facts, flow, &forward_list, notes), backward: 0, both: 0 },
-        Flow::Backward => Counts { forward: 0, backward: one_way(facts, flow, &backward_list, notes), both: 0 },
+        Flow::Alternating => {
+            Counts { forward: 0, backward: 0, both: one_way(facts, flow, [&both_list, &both_list], 0, notes) }
+        }
+        Flow::Forward => {
+            let backward = lanes_against(facts, flow, &backward_list, notes);
+            let forward = one_way(facts, flow, [&forward_list, &backward_list], backward, notes);
+            Counts { forward, backward, both: 0 }
+        }
+        Flow::Backward => {
+            let forward = lanes_against(facts, flow, &forward_list, notes);
+            let backward = one_way(facts, flow, [&backward_list, &forward_list], forward, notes);
+            Counts { forward, backward, both: 0 }
+        }
     };
+    if let (Some((travel, kind)), Flow::TwoWay | Flow::Alternating) = (closed, flow) {
+        counts.close(travel, kind, tells_lanes(facts.tags));
+    }
+    // Against a one-way road only buses drive.
+    let closed = closed.map(|(travel, kind)| (travel, if flow.is_oneway() { StripKind::Bus } else { kind }));
+    let closed = closed.or_else(|| flow.against().map(|against| (against, StripKind::Bus)));
     let strips = |count, travel, list: &PerLane| -> Vec<Strip> {
         let mut strips = vec![default_lane(facts, travel); count];
         list.apply(&mut strips, &facts.usual);
+        if let Some((_, kind)) = closed.filter(|(closed, _)| *closed == travel) {
+            strips.iter_mut().filter(|strip| strip.kind == StripKind::Drive).for_each(|strip| strip.kind = kind);
+        }
         strips
     };
     let mut forward = strips(counts.forward, Travel::Forward, &forward_list);
@@ -76,8 +114,18 @@ fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
     room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
 }
 
-fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
-    let tagged = tagged_count(facts, "lanes").filter(|n| *n > 0);
+/// The lanes of a one-way road in its direction, beside `against` lanes that lead against it. The lists are those of either
+/// direction.
+fn one_way(
+    facts: &WayFacts<'_>,
+    flow: Flow,
+    [list, list_against]: [&PerLane; 2],
+    against: usize,
+    notes: &mut Vec<Finding>,
+) -> usize {
+    // `lanes` counts no bicycle lanes.
+    let motor = against.saturating_sub(list_against.bicycle_lanes(against));
+    let tagged = tagged_count(facts, "lanes").filter(|n| *n > 0).map(|n| n.saturating_sub(motor).max(1));
     let directed = match flow {
         Flow::Forward => tagged_count(facts, "lanes:forward"),
         Flow::Backward => tagged_count(facts, "lanes:backward"),
@@ -87,7 +135,7 @@ fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Fin
     if let Some(n) = list.matching(count).or(count.filter(|n| *n > 0)).or(list.longest()) {
         return n.min(MAX_LANES);
     }
-    let major = facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Reversible;
+    let major = facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Alternating;
     let n = facts.usual.lanes.unwrap_or(if major { 2 } else { 1 });
     notes.push(facts.note("lanes-guessed", Severity::Info, &format!("no lanes tag; {n} one-way assumed")));
     n
@@ -99,7 +147,8 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         let tagged = tagged_count(facts, key).filter(|n| *n > 0);
         list.matching(tagged).or(tagged).or(list.longest()).map(|n| n.min(MAX_LANES))
     });
-    let both = tagged_count(facts, "lanes:both_ways").or(of_both.longest()).unwrap_or(0).min(MAX_LANES);
+    let centre = usize::from(facts.tags.is("centre_turn_lane", "yes"));
+    let both = tagged_count(facts, "lanes:both_ways").or(of_both.longest()).unwrap_or(centre).min(MAX_LANES);
     let Some(total) = tagged_count(facts, "lanes").filter(|n| *n > 0) else {
         return without_total(facts, [forward, backward], both, room, notes);
     };
@@ -142,8 +191,15 @@ fn split(facts: &WayFacts<'_>, total: usize, both: usize, room: Option<f64>, not
         return Counts { forward: 1, backward: 1, both };
     }
     if total % 2 == 1 {
-        let what = format!("no tag tells the direction of the middle one of {total} lanes; forward is assumed");
-        notes.push(facts.note("lanes-guessed", Severity::Info, &what));
+        // A bus lane on one side only is the lane that this direction has more.
+        match bus_lanes::on_sides(facts) {
+            [false, true] => return Counts { forward: total / 2, backward: total.div_ceil(2), both },
+            [true, false] => {}
+            _ => {
+                let what = format!("no tag tells the direction of the middle one of {total} lanes; forward is assumed");
+                notes.push(facts.note("lanes-guessed", Severity::Info, &what));
+            }
+        }
     }
     Counts { forward: total.div_ceil(2).max(1), backward: (total / 2).max(1), both }
 }

@@ -1,8 +1,11 @@
 //! The tags of each lane of one direction: `turn:lanes`, `change:lanes`, `width:lanes`, access tags.
 
+use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::speed::of_lane;
 use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
 use crate::diagnostic::{Finding, Severity};
 
+use super::facts::tagged_count;
 use super::flow::Flow;
 use super::{Arrows, Defaults, LANE_WIDTHS, Strip, StripKind, Travel, WayFacts};
 
@@ -10,7 +13,7 @@ use super::{Arrows, Defaults, LANE_WIDTHS, Strip, StripKind, Travel, WayFacts};
 const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
 const BUS: [&str; 2] = ["bus:lanes", "psv:lanes"];
 const BICYCLE: &str = "bicycle:lanes";
-const OTHERS: [&str; 4] = ["turn:lanes", "change:lanes", "width:lanes", "hov:lanes"];
+const OTHERS: [&str; 5] = ["turn:lanes", "change:lanes", "width:lanes", "hov:lanes", "maxspeed:lanes"];
 
 /// The `:lanes` tags of one direction, each a list from left to right in the direction of travel.
 #[derive(Debug, Default)]
@@ -31,7 +34,7 @@ pub(super) fn per_lane(
     let (suffix, only) = match travel {
         Travel::Forward => (":forward", flow == Flow::Forward),
         Travel::Backward => (":backward", flow == Flow::Backward),
-        Travel::Both => (":both_ways", flow == Flow::Reversible),
+        Travel::Both => (":both_ways", flow == Flow::Alternating),
     };
     let get = |key: &str| {
         let directed = facts.tags.get_joined([key, suffix]);
@@ -41,7 +44,7 @@ pub(super) fn per_lane(
     let any = facts.tags.iter().any(|(key, _)| key.contains(":lanes"));
     let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS).filter(|_| any);
     let lists: Vec<_> =
-        keys.filter_map(|key| Some((key, entries(get(key)?).map(str::to_owned).collect::<Vec<_>>()))).collect();
+        keys.filter_map(|key| Some((key, get(key).map(listed).or_else(|| half(facts, travel, flow, key))?))).collect();
     let change = get("change").or_else(|| facts.tags.get("change")).map(str::to_owned);
     let mut list = PerLane { lists, change };
     if list.turn_around_arrows() {
@@ -55,6 +58,34 @@ pub(super) fn per_lane(
         notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
     }
     list
+}
+
+fn listed(value: &str) -> Vec<String> {
+    entries(value).map(str::to_owned).collect()
+}
+
+/// The part of a list without a direction that is about the lanes of one direction of a two-way road: it names all lanes, from left to
+/// right along the way, and `lanes` alone says how many. So mappers tag who may use a lane, though not arrows.
+fn half(facts: &WayFacts<'_>, travel: Travel, flow: Flow, key: &str) -> Option<Vec<String>> {
+    let of_use = MOTOR.iter().chain(&BUS).any(|k| *k == key) || key == BICYCLE;
+    let directed = ["lanes:forward", "lanes:backward", "lanes:both_ways"].iter().any(|key| facts.tags.has(key));
+    if flow != Flow::TwoWay || !of_use || directed {
+        return None;
+    }
+    let all = listed(facts.tags.get(key)?);
+    if tagged_count(facts, "lanes") != Some(all.len()) || all.len() < 2 {
+        return None;
+    }
+    let (backward, forward) = (all.len() / 2, all.len().div_ceil(2));
+    let on_right = facts.side == DrivingSide::Right;
+    match travel {
+        Travel::Forward => Some(all.into_iter().skip(if on_right { backward } else { 0 }).take(forward).collect()),
+        Travel::Backward => {
+            let skip = if on_right { 0 } else { forward };
+            Some(all.into_iter().skip(skip).take(backward).rev().collect())
+        }
+        Travel::Both => None,
+    }
 }
 
 impl PerLane {
@@ -149,6 +180,13 @@ impl PerLane {
         BUS.iter().any(|key| self.list(key, count).is_some())
     }
 
+    /// Whether the first and the last lane are bus lanes by lists that fit no number of lanes.
+    pub fn bus_lanes_at_edges(&self, count: usize) -> [bool; 2] {
+        let length = self.longest().filter(|length| *length != count && self.list(BUS[0], count).is_none());
+        let Some(last) = length.and_then(|length| length.checked_sub(1)) else { return [false; 2] };
+        [0, last].map(|lane| self.kind(last + 1, lane) == Some(StripKind::Bus))
+    }
+
     /// Applies the lists of the same length to lanes, left to right in the direction of travel.
     pub fn apply(&self, strips: &mut [Strip], usual: &Defaults) {
         let count = strips.len();
@@ -165,6 +203,7 @@ impl PerLane {
                 strip.width = width;
                 strip.width_guessed = false;
             }
+            strip.speed = self.entry("maxspeed:lanes", count, lane).and_then(of_lane);
             strip.arrows = self.entry("turn:lanes", count, lane).map_or(Arrows::NONE, arrows);
             let entry = self.entry("change:lanes", count, lane).or(self.change.as_deref());
             strip.change = entry.map_or([None, None], change);

@@ -1,5 +1,6 @@
 //! Reads the cross-section of a way from its tags.
 
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::metres_under;
 use crate::diagnostic::{Finding, Severity};
 
@@ -29,7 +30,7 @@ pub(crate) fn layout(facts: &WayFacts<'_>, notes: &mut Vec<Finding>) -> SectionR
     let [mut left, mut right] = [Travel::Backward, Travel::Forward].map(|travel| side_strips(facts, flow, travel));
     let beside = left.carriageway.iter().chain(&right.carriageway).map(|s| s.width).sum();
     let lanes = lanes(facts, flow, beside, notes);
-    drop_repeated_bicycle_lane(&lanes, &mut left, &mut right);
+    drop_repeated_bicycle_lane(facts.side, &lanes, &mut left, &mut right);
     let mut draft = assemble(lanes, left, right);
     settle_widths(facts, &mut draft, notes);
     let left_width: f64 = draft.beyond_left.iter().map(|s| s.width).sum();
@@ -40,11 +41,24 @@ pub(crate) fn layout(facts: &WayFacts<'_>, notes: &mut Vec<Finding>) -> SectionR
     SectionReading { section, shift: if reference == 0.0 { 0.0 } else { -reference } }
 }
 
-/// Drops a bicycle lane from `cycleway` if `bicycle:lanes` has it already.
-fn drop_repeated_bicycle_lane(lanes: &[Strip], left: &mut SideStrips, right: &mut SideStrips) {
-    for (edge, side) in [(lanes.first(), left), (lanes.last(), right)] {
-        if edge.is_some_and(|strip| strip.kind == StripKind::Bicycle) {
-            side.carriageway.retain(|strip| strip.kind != StripKind::Bicycle);
+/// Drops a bicycle lane from `cycleway` if `bicycle:lanes` has it already, at the same edge or between lanes of its direction.
+fn drop_repeated_bicycle_lane(side: DrivingSide, lanes: &[Strip], left: &mut SideStrips, right: &mut SideStrips) {
+    let is_bicycle = |strip: &&Strip| strip.kind == StripKind::Bicycle;
+    let inside = lanes.get(1..lanes.len().saturating_sub(1)).unwrap_or_default();
+    let mut between: Vec<Travel> = inside.iter().filter(is_bicycle).map(|strip| strip.travel).collect();
+    // The near side first: lanes turn off across a bicycle lane between lanes mostly there.
+    let mut edges = [(lanes.last(), right), (lanes.first(), left)];
+    if side == DrivingSide::Left {
+        edges.reverse();
+    }
+    for (edge, side) in edges {
+        let Some(own) = side.carriageway.iter().find(is_bicycle).map(|strip| strip.travel) else { continue };
+        let repeated = between.iter().position(|travel| *travel == own);
+        if edge.filter(is_bicycle).is_some() || repeated.is_some() {
+            side.carriageway.retain(|strip| !matches!(strip.kind, StripKind::Bicycle | StripKind::Buffer));
+            if let (Some(at), true) = (repeated, edge.filter(is_bicycle).is_none()) {
+                between.remove(at);
+            }
         }
     }
 }

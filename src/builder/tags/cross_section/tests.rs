@@ -166,7 +166,7 @@ fn one_way() {
     expect("oneway=yes", "D>");
     expect("oneway=yes lanes=2", "D> D>");
     expect("oneway=-1 lanes=2", "D< D<");
-    expect("oneway=reversible lanes=2", "D= D=");
+    expect("oneway=alternating lanes=2", "D= D=");
     expect("junction=roundabout", "D>");
     expect("junction=roundabout oneway=no", "D< D>");
     let (layout, _) = read(&Tags::new(), RoadClass::Motorway, DrivingSide::Left);
@@ -322,6 +322,103 @@ fn bus_lanes() {
         slugs(&format!("width=21 lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1 {each_way}")),
         [""; 0]
     );
+}
+
+#[test]
+fn access_by_direction() {
+    for key in ["motorcar", "motor_vehicle", "vehicle", "access"] {
+        expect(&format!("{key}:backward=no"), "D>");
+        expect(&format!("{key}:forward=no"), "D<");
+        expect(&format!("{key}=no {key}:forward=yes"), "D>");
+        expect(&format!("{key}=yes {key}:backward=no lanes=3"), "_< D> D>");
+    }
+    expect("access:backward=no motorcar=yes", "D< D>");
+    expect("vehicle=no motorcar:backward=yes", "D<");
+    expect("motor_vehicle:backward=no lanes=1", "D>");
+    expect("motor_vehicle:backward=destination", "D< D>");
+    expect("motor_vehicle:backward=agricultural;forestry", "D>");
+    expect("motor_vehicle:backward=designated", "D< D>");
+    expect("motor_vehicle:backward=no bus:backward=yes", "B< D>");
+    expect("motor_vehicle:forward=no psv:forward=designated lanes=3 lanes:forward=1", "D< D< B>");
+    expect("motor_vehicle:backward=no bus:backward=yes busway:left=lane", "B< D>");
+    expect("oneway=yes motor_vehicle:backward=yes", "D>");
+    expect("oneway=alternating", "D=");
+    expect("oneway=yes oneway:motorcar=no", "D< D>");
+}
+
+#[test]
+fn buses_against_a_one_way_road() {
+    let one_way = |tags: &str, expected: &str| {
+        expect(&format!("oneway=yes {tags}"), expected);
+        // The same road, drawn the other way around.
+        let turned = tags.replace("backward", "\u{1}").replace("forward", "backward").replace('\u{1}', "forward");
+        let turned = turned.replace("left", "\u{1}").replace("right", "left").replace('\u{1}', "right");
+        let turned = turned.replace(":oneway=-1", ":oneway=yes");
+        let words: Vec<&str> = expected.split(' ').rev().collect();
+        let seen = words.join(" ").replace('>', "\u{1}").replace('<', ">").replace('\u{1}', "<");
+        expect(&format!("oneway=-1 {turned}"), &seen);
+    };
+    let counts = "lanes=3 lanes:forward=2 lanes:backward=1";
+    one_way(&format!("oneway:bus=no {counts}"), "B< D> D>");
+    one_way(&format!("oneway:psv=no {counts} bus:lanes:backward=designated access:lanes:backward=no"), "B< D> D>");
+    one_way(&format!("{counts} psv:lanes:backward=designated vehicle:lanes:backward=no"), "B< D> D>");
+    one_way(&format!("{counts} bus:lanes:backward=yes access:lanes:backward=no"), "B< D> D>");
+    one_way("lanes=3 lanes:bus:backward=1", "B< D> D>");
+    one_way("lanes=3 lanes:psv:backward=1 oneway:psv=no", "B< D> D>");
+    one_way("lanes=3 oneway:psv=no psv=opposite_lane", "B< D> D>");
+    one_way("lanes=2 busway=opposite_lane", "B< D>");
+    one_way("lanes=2 lanes:backward=1 oneway:bus=no busway:left=opposite_lane", "B< D>");
+    one_way("lanes=2 busway:left=lane busway:left:oneway=-1", "B< D>");
+    one_way("lanes=2 busway:left=lane oneway:bus=no", "B< D>");
+    one_way("lanes=3 busway:left=opposite_lane busway:right=lane", "B< D> B>");
+    one_way("lanes=3 lanes:bus=2 oneway:bus=no", "B< D> B>");
+    one_way("oneway:bus=no lanes=2", "B< D>");
+    one_way("bus:backward=yes", "B< D>");
+    one_way("oneway:bus=no lanes=1", "D>");
+    one_way("lanes=2 lanes:forward=2 busway=opposite_lane", "B< D> D>");
+    one_way("lanes=1 bicycle:lanes:backward=designated vehicle:lanes:backward=no", "C< D>");
+    one_way("lanes=2 lanes:backward=1", "D> D>");
+    assert!(slugs("oneway=yes lanes=2 lanes:backward=1").contains(&"lanes-contradict"));
+    assert!(slugs("oneway=yes oneway:bus=no lanes=1").contains(&"lanes-guessed"));
+}
+
+#[test]
+fn lists_of_another_length_keep_the_bus_lane_at_the_edge() {
+    expect(
+        "lanes=4 lanes:forward=3 lanes:backward=1 vehicle:lanes:forward=yes|yes|no bus:lanes:forward=yes|yes|designated \
+         cycleway:right=share_busway",
+        "D< D> D> B>",
+    );
+    expect("oneway=yes lanes=2 bus:lanes=yes|yes|yes|designated", "D> B>");
+}
+
+#[test]
+fn a_bicycle_lane_between_lanes_is_one() {
+    let lists = "oneway=yes lanes=2 bicycle:lanes=yes|designated|yes vehicle:lanes=yes|no|yes";
+    expect(&format!("{lists} cycleway:right=lane"), "D> C> D>");
+    expect(&format!("{lists} cycleway:left=lane cycleway:right=lane"), "C> D> C> D>");
+}
+
+#[test]
+fn a_bus_lane_on_one_side_is_one_of_the_lanes() {
+    expect("lanes=3 busway:left=lane", "B< D< D>");
+    expect("lanes=3 busway:right=lane", "D< D> B>");
+    expect("lanes=5 busway:left=lane", "B< D< D< D> D>");
+}
+
+#[test]
+fn lists_without_a_direction_name_all_lanes_of_a_two_way_road() {
+    expect("lanes=2 bus:lanes=|designated", "D< B>");
+    expect("lanes=4 psv:lanes=|yes|designated|no", "D< D< B> D>");
+    expect("lanes=4 bus:lanes=designated|||designated", "B< D< D> B>");
+    expect("lanes=2 busway=opposite_lane", "B< D>");
+    expect("lanes=2 centre_turn_lane=yes", "D< D= D>");
+}
+
+#[test]
+fn each_lane_may_have_its_limit() {
+    let road = expect("oneway=yes lanes=3 maxspeed:lanes=100|100|80", "D> D> D>");
+    assert_eq!(road.section.strips.iter().map(|strip| strip.speed).collect::<Vec<_>>(), [100.0, 100.0, 80.0].map(Some));
 }
 
 #[test]

@@ -1,0 +1,79 @@
+//! Lanes against a one-way road: bus lanes in every spelling, and what lists of lanes say.
+
+use crate::builder::tags::road_class::DrivingSide;
+use crate::diagnostic::{Finding, Severity};
+
+use super::bus_lanes::counted_against;
+use super::facts::{MAX_LANES, tagged_count};
+use super::flow::{Flow, is_for_buses};
+use super::per_lane::PerLane;
+use super::{Travel, WayFacts};
+
+/// How many lanes lead against a one-way road; `list` holds the `:lanes` tags of that direction.
+pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
+    let Some(against) = flow.against() else { return 0 };
+    let tagged = tagged_count(facts, if against == Travel::Forward { "lanes:forward" } else { "lanes:backward" });
+    let tagged = tagged.filter(|n| *n > 0);
+    let listed = list.longest().filter(|&n| list.special_lanes(n) > 0);
+    let own_lane = has_own_lane(facts, against);
+    let of_buses = counted_against(facts, against);
+    if listed.is_some() || of_buses.is_some() || own_lane {
+        let matching = list.matching(tagged);
+        return matching.or(listed).or(tagged).unwrap_or(1).max(of_buses.unwrap_or(0)).min(MAX_LANES);
+    }
+    if !is_for_buses(facts, against) {
+        if let Some(n) = tagged {
+            let what = format!("it is one-way, so the {n} lanes against it are not built");
+            notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
+        }
+        return 0;
+    }
+    match (tagged, tagged_count(facts, "lanes")) {
+        (Some(n), _) => n,
+        (None, Some(1)) => {
+            let what = "buses drive against it on its only lane; their direction is not built";
+            notes.push(facts.note("lanes-guessed", Severity::Info, what));
+            0
+        }
+        (None, total) => {
+            if total.is_none() {
+                let what = "no lanes tag; a lane for the buses that drive against it is assumed";
+                notes.push(facts.note("lanes-guessed", Severity::Info, what));
+            }
+            1
+        }
+    }
+}
+
+/// Whether a tag names a lane of buses against the one-way road.
+fn has_own_lane(facts: &WayFacts<'_>, against: Travel) -> bool {
+    let tags = facts.tags;
+    let keys = ["busway", "busway:left", "busway:right", "busway:both", "psv", "bus"];
+    let opposite = keys.iter().any(|key| tags.is(key, "opposite_lane"));
+    opposite || SIDES.iter().any(|key| leads_against(facts, key, against))
+}
+
+/// The keys of bus lanes on one side of a road.
+const SIDES: [&str; 2] = ["busway:left", "busway:right"];
+
+/// Whether the bus lane of this key, on one side of a one-way road, leads against the road.
+pub(super) fn leads_against(facts: &WayFacts<'_>, side: &str, against: Travel) -> bool {
+    let tags = facts.tags;
+    let is_lane = |key: &str| tags.is(key, "lane");
+    if !SIDES.contains(&side) || !is_lane(side) {
+        return false;
+    }
+    let one_way = tags.get_joined([side, ":oneway"]);
+    let backward = against == Travel::Backward;
+    match one_way {
+        Some("-1") => backward,
+        Some("yes" | "1") => !backward,
+        Some("no") => false,
+        // On the far side of a road on which buses drive both ways.
+        _ => {
+            let far_side = (side == "busway:left") == backward;
+            let is_far = far_side == (facts.side == DrivingSide::Right);
+            is_far && is_for_buses(facts, against)
+        }
+    }
+}
