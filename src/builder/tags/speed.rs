@@ -4,11 +4,8 @@ use crate::osm::Tags;
 
 use super::cross_section::Customs;
 use super::road_class::RoadClass;
-use super::speed_limits::{UNLIMITED, WALK, limits, of_zone};
-use super::values::{number_of, per_lane};
-
-const KMH_PER_MPH: f64 = 1.609_344;
-const KMH_PER_KNOT: f64 = 1.852;
+use super::speed_limits::{limits, parse};
+use super::values::per_lane;
 
 /// Service roads and tracks, km/h.
 const SERVICE: f64 = 20.0;
@@ -37,11 +34,6 @@ pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs
     })
 }
 
-/// The limit of one lane, km/h: an entry of `maxspeed:lanes`.
-pub(crate) fn of_lane(entry: &str) -> Option<f64> {
-    parse(entry, None)
-}
-
 /// The tag of a limit that tells nothing: `maxspeed=signals`. Words of `source:maxspeed` may be of anything.
 pub(crate) fn unread(tags: &Tags, country: Option<&str>) -> Option<String> {
     let keys = OF_CARS.into_iter().chain([ZONES[0]]);
@@ -66,44 +58,10 @@ fn default(class: RoadClass, link: bool, country: Option<&str>) -> f64 {
     }
 }
 
-/// A value in km/h: a number with a unit, a word, or a zone such as `DE:urban`.
-fn parse(value: &str, country: Option<&str>) -> Option<f64> {
-    // The lowest of several limits applies.
-    if value.contains(';') {
-        return value.split(';').filter_map(|part| parse(part, country)).min_by(f64::total_cmp);
-    }
-    let value = value.trim();
-    match value {
-        "walk" => return Some(WALK),
-        "none" | "unlimited" => return Some(UNLIMITED),
-        _ => {}
-    }
-    if let Some((place, zone)) = value.split_once(':') {
-        return zone_limit(zone, Some(place));
-    }
-    let split = value.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(value.len());
-    let (number, unit) = value.split_at(split);
-    let kmh = match unit.trim() {
-        "" | "km/h" | "kmh" | "kph" => 1.0,
-        "mph" => KMH_PER_MPH,
-        "knots" => KMH_PER_KNOT,
-        _ => return zone_limit(value, country),
-    };
-    let speed = number_of(number)? * kmh;
-    (speed.is_finite() && speed > 0.0 && speed < 400.0).then_some(speed)
-}
-
-/// The limit of a zone: a word, or a number as `zone30`.
-fn zone_limit(zone: &str, place: Option<&str>) -> Option<f64> {
-    of_zone(zone, place).or_else(|| {
-        let number = zone.strip_prefix("zone").map(|rest| rest.trim_start_matches(':')).unwrap_or(zone);
-        number_of(number).filter(|speed| (1.0..=130.0).contains(speed))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use crate::builder::tags::road_class::DrivingSide;
+    use crate::builder::tags::speed_limits::KMH_PER_MPH;
 
     use super::*;
 

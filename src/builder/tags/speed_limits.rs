@@ -1,14 +1,17 @@
-//! The usual speed limits of countries, for roads without a tagged limit and for zones such as `RO:trunk`.
+//! Values of `maxspeed`, and the usual speed limits of countries, for roads without a tagged limit and for zones such as `RO:trunk`.
 //!
 //! The figures are those of OpenStreetMap's page "Default speed limits" (revision of October 2023), without the conditions that
 //! depend on lanes, weight or weather; for trunk roads and motorways also those of the routing engine OSRM (`profiles/car.lua`).
 
-const KMH_PER_MPH: f64 = 1.609_344;
+use super::values::number_of;
+
+pub(super) const KMH_PER_MPH: f64 = 1.609_344;
+const KMH_PER_KNOT: f64 = 1.852;
 
 /// Walking pace, km/h: `walk`, and living streets of countries that give no figure.
-pub(super) const WALK: f64 = 7.0;
+const WALK: f64 = 7.0;
 /// The advisory speed of German motorways, km/h: `none`.
-pub(super) const UNLIMITED: f64 = 130.0;
+const UNLIMITED: f64 = 130.0;
 /// Cycle streets, km/h, in all countries with a figure but one.
 const CYCLE_STREET: f64 = 30.0;
 
@@ -30,7 +33,7 @@ const fn row(places: &'static [&'static str], [urban, rural, trunk, motorway, sl
 }
 
 /// Urban, rural, trunk, motorway, slow.
-pub(super) const COUNTRIES: [Limits; 40] = [
+const COUNTRIES: [Limits; 40] = [
     row(&["DE"], [50.0, 100.0, 100.0, UNLIMITED, WALK]),
     row(&["AT"], [50.0, 100.0, 100.0, 130.0, WALK]),
     row(&["CH", "LI"], [50.0, 80.0, 100.0, 120.0, 20.0]),
@@ -89,7 +92,7 @@ pub(super) fn limits(place: Option<&str>) -> &'static Limits {
 }
 
 /// The limit of a zone in a country, km/h, as `urban`; `None` if the word is unknown.
-pub(super) fn of_zone(zone: &str, place: Option<&str>) -> Option<f64> {
+fn of_zone(zone: &str, place: Option<&str>) -> Option<f64> {
     // Mappers write UK for the country with the code GB.
     let place = place.map(|code| if code == "UK" { "GB" } else { code });
     let limits = limits(place);
@@ -102,5 +105,40 @@ pub(super) fn of_zone(zone: &str, place: Option<&str>) -> Option<f64> {
         "walk" => WALK,
         "bicycle_road" | "cycle_street" | "cyclestreet" => CYCLE_STREET,
         _ => return None,
+    })
+}
+
+/// A value in km/h: a number with a unit, a word, or a zone such as `DE:urban`.
+pub(super) fn parse(value: &str, country: Option<&str>) -> Option<f64> {
+    // The lowest of several limits applies.
+    if value.contains(';') {
+        return value.split(';').filter_map(|part| parse(part, country)).min_by(f64::total_cmp);
+    }
+    let value = value.trim();
+    match value {
+        "walk" => return Some(WALK),
+        "none" | "unlimited" => return Some(UNLIMITED),
+        _ => {}
+    }
+    if let Some((place, zone)) = value.split_once(':') {
+        return zone_limit(zone, Some(place));
+    }
+    let split = value.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(value.len());
+    let (number, unit) = value.split_at(split);
+    let kmh = match unit.trim() {
+        "" | "km/h" | "kmh" | "kph" => 1.0,
+        "mph" => KMH_PER_MPH,
+        "knots" => KMH_PER_KNOT,
+        _ => return zone_limit(value, country),
+    };
+    let speed = number_of(number)? * kmh;
+    (speed.is_finite() && speed > 0.0 && speed < 400.0).then_some(speed)
+}
+
+/// The limit of a zone: a word, or a number as `zone30`.
+fn zone_limit(zone: &str, place: Option<&str>) -> Option<f64> {
+    of_zone(zone, place).or_else(|| {
+        let number = zone.strip_prefix("zone").map(|rest| rest.trim_start_matches(':')).unwrap_or(zone);
+        number_of(number).filter(|speed| (1.0..=130.0).contains(speed))
     })
 }

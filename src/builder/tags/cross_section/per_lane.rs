@@ -1,7 +1,7 @@
 //! The tags of each lane of one direction: `turn:lanes`, `change:lanes`, `width:lanes`, access tags.
 
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tags::speed::of_lane;
+use crate::builder::tags::speed_limits::parse;
 use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
 use crate::diagnostic::{Finding, Severity};
 
@@ -203,7 +203,7 @@ impl PerLane {
                 strip.width = width;
                 strip.width_guessed = false;
             }
-            strip.speed = self.entry("maxspeed:lanes", count, lane).and_then(of_lane);
+            strip.speed = self.entry("maxspeed:lanes", count, lane).and_then(|entry| parse(entry, None));
             strip.arrows = self.entry("turn:lanes", count, lane).map_or(Arrows::NONE, arrows);
             let entry = self.entry("change:lanes", count, lane).or(self.change.as_deref());
             strip.change = entry.map_or([None, None], change);
