@@ -130,12 +130,18 @@ fn shared_border(map: &MapIndex, at: usize, road: usize, way: LineStringId, side
     findings
 }
 
-/// Whether other cars drive beyond the border of a bicycle lane that is not its common border with a road, on this side.
+/// Whether other cars drive against the road beyond the border of a bicycle lane that is not its common border with it, on this side.
+/// A bicycle lane between lanes of one direction leads straight on beside those who turn off.
 fn cars_beyond(map: &MapIndex, at: usize, road: usize, side: usize) -> bool {
     let lane = &map.lanes[at];
     let near = map.lanes_near(lane.extent[0], lane.extent[1]).into_iter().filter(|&other| other != at && other != road);
+    let heading = map.lanes[road].heading_in();
+    let against = |other: &Lane| {
+        let headings = other.heading_in().zip(heading);
+        headings.is_none_or(|(a, b)| angle_between(a, b).abs() > std::f64::consts::FRAC_PI_2)
+    };
     near.map(|other| &map.lanes[other])
-        .any(|other| other.is_for_cars() && other.bounds.contains(&lane.bounds[1 - side]))
+        .any(|other| other.is_for_cars() && other.bounds.contains(&lane.bounds[1 - side]) && against(other))
 }
 
 /// What comes before and behind it must be a bicycle lane, too.

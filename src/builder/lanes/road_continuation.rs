@@ -51,14 +51,9 @@ impl Continuations {
     /// Finds where roads of the network meet face to face.
     pub fn find(network: &RoadNetwork) -> Self {
         let mut found = Self::default();
-        let forbids = network.restrictions.iter().filter(|r| !r.only && r.via.is_empty());
-        let forbidden: FxHashSet<(RoadEnd, RoadEnd)> = forbids.map(|r| (r.from, r.to)).collect();
         for (i, intersection) in network.intersections.iter().enumerate() {
             let pairs = match intersection.arms[..] {
-                [a, b] if a.road != b.road => edge_pairs(network, a, b).map(|pairs| {
-                    let onward = [forbidden.contains(&(a, b)), forbidden.contains(&(b, a))];
-                    if onward.contains(&true) { torn(network, [a, b], onward, pairs) } else { pairs }
-                }),
+                [a, b] if a.road != b.road => edge_pairs(network, a, b),
                 _ => None,
             };
             found.face_to_face.push(pairs.is_some());
@@ -246,22 +241,6 @@ fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<EdgeP
         }
     }
     Some(pairs)
-}
-
-/// The edges of two roads where a restriction forbids to go on from the first to the second, or back (`forbidden`): the lanes of
-/// that direction share no edge of their own, so that no route leads on.
-fn torn(network: &RoadNetwork, [a, b]: [RoadEnd; 2], forbidden: [bool; 2], mut pairs: Vec<EdgePair>) -> Vec<EdgePair> {
-    let lanes = continued(network, a, b).unwrap_or_default();
-    let is_torn = |lane: &ContinuedLane| forbidden[usize::from(!lane.onward)];
-    let edges = |torn: bool| -> BTreeSet<usize> {
-        lanes.iter().filter(|[lane, _]| is_torn(lane) == torn).flat_map(|[lane, _]| lane.edges).collect()
-    };
-    let (own, kept) = (edges(true), edges(false));
-    for pair in &mut pairs {
-        let edge = pair.edges[0].1;
-        pair.shared &= !own.contains(&edge) || kept.contains(&edge);
-    }
-    pairs
 }
 
 /// What the side lane at an edge is for; `None` without one, and where a lane for cars lies there.

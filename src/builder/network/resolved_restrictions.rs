@@ -38,10 +38,14 @@ impl ResolvedRestrictions {
         // Several relations, or a GeoJSON file, may connect lanes of the same two roads; those that cross are dropped together.
         found.lanes.values_mut().for_each(|lanes| lanes.sort_unstable());
         found.lanes.retain(|_, lanes| !cross(lanes));
-        for r in network.restrictions.iter().filter(|r| r.via.is_empty()) {
-            found.add(r.from, r.to, r.only);
-        }
         let mut notes = Vec::new();
+        for r in network.restrictions.iter().filter(|r| r.via.is_empty()) {
+            if goes_on_for_others(network, r) {
+                notes.push(Chain { restriction: r, turns: Vec::new() }.note(network));
+            } else {
+                found.add(r.from, r.to, r.only);
+            }
+        }
         // Chains see the turns at nodes only, so that their order does not matter.
         let over_roads = network.restrictions.iter().filter(|r| !r.via.is_empty());
         let (chains, torn): (Vec<_>, Vec<_>) =
@@ -111,6 +115,20 @@ impl ResolvedRestrictions {
     }
 }
 
+/// Whether a restriction forbids to go on where only two roads meet, and those who come the other way may: the lanes of either
+/// direction lie on one road.
+fn goes_on_for_others(network: &RoadNetwork, r: &TurnRestriction) -> bool {
+    let arms = network.intersection(network.intersection_at(r.from)).arms.len();
+    let forbidden = |from: RoadEnd, to: RoadEnd| {
+        network
+            .restrictions
+            .iter()
+            .any(|other| !other.only && other.via.is_empty() && (other.from, other.to) == (from, to))
+    };
+    let back = leads_in(network, r.to) && leads_out(network, r.from);
+    arms == 2 && !r.only && r.from.road != r.to.road && back && !forbidden(r.to, r.from)
+}
+
 /// Whether the inner roads of a merged intersection lead from one arm to another.
 fn is_passable(intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
     intersection.passages.as_ref().is_none_or(|passages| passages.contains(&(from, to)))
@@ -169,9 +187,13 @@ impl<'a> Chain<'a> {
         let TurnRestriction { relation, from, to, only, .. } = *self.restriction;
         let (from, to) = (way(from), way(to));
         let bound = if only { "must go on to" } else { "may not go on to" };
+        let others = match self.restriction.via.is_empty() {
+            true => "the road goes on there for those who come the other way",
+            false => "others make the same turns and may",
+        };
         let message = format!(
             "turn restriction {relation} cannot be built: those who come from way {from} {bound} way {to}, \
-             but others make the same turns and may, so the map lets everybody"
+             but {others}, so the map lets everybody"
         );
         let finding = Finding::new("restriction-not-built", Subject::Relation(relation), message)
             .with(Subject::Way(from), "from")
@@ -247,6 +269,33 @@ mod tests {
         let onto: Vec<i64> =
             restrictions.neighbours(&network, from, false).map(|to| network.road(to.road).key.way).collect();
         assert_eq!((onto, notes.len()), (vec![5], 0));
+    }
+
+    #[test]
+    fn a_joint_is_closed_only_where_nobody_else_goes_on() {
+        let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 100.0, 0.0, "")];
+        let closed = |tags: &str, both: bool| {
+            let mut data = osm(&nodes, &[(1, &[1, 2], tags), (2, &[2, 3], tags)]);
+            for (id, [from, to]) in [(7, [1, 2]), (8, [2, 1])].into_iter().take(1 + usize::from(both)) {
+                restrict(
+                    &mut data,
+                    id,
+                    "restriction=no_entry",
+                    &[("from", 'w', from), ("via", 'n', 2), ("to", 'w', to)],
+                );
+            }
+            let network = network(&data);
+            let (restrictions, notes) = ResolvedRestrictions::new(&network);
+            let at = |way: i64, end| RoadEnd {
+                road: RoadIx::new(network.roads.iter().position(|road| road.key.way == way).unwrap()),
+                end,
+            };
+            let permitted = restrictions.allow(at(1, End::End), at(2, End::Start));
+            (!permitted, notes.iter().map(|note| note.fault).collect::<Vec<_>>())
+        };
+        assert_eq!(closed("highway=residential", false), (false, vec!["restriction-not-built"]));
+        assert_eq!(closed("highway=residential", true), (true, vec![]));
+        assert_eq!(closed(TOWARD, false), (true, vec![]));
     }
 
     #[test]
