@@ -2,8 +2,8 @@
 
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::LaneletMap;
 use crate::lanelet::index::reaches;
+use crate::lanelet::{Lanelet, LaneletMap};
 use crate::osm::{OsmData, Way};
 use crate::parallel::Finely;
 use crate::projection::{Extent, Extents, LonLat, Projector};
@@ -273,6 +273,9 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     finished(assembled, projector, (notes, guesses), &inside, profile)
 }
 
+/// Subtypes of the lanelets that vehicles drive on.
+const ROADS: [&str; 2] = ["road", "bus_lane"];
+
 /// Builds a map from an OpenDRIVE file: its lanes are those of the file.
 ///
 /// # Errors
@@ -281,7 +284,8 @@ pub fn build_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placin
     let mut built = uncontested(&options.contested, |contested| {
         let options = BuildOptions { contested: contested.clone(), ..options.clone() };
         let (assembled, projector) = assemble_opendrive(file, &options, placing);
-        if assembled.map.lanelets.is_empty() {
+        let driven = |lanelet: &Lanelet| ROADS.iter().any(|subtype| lanelet.attributes.is("subtype", subtype));
+        if !assembled.map.lanelets.iter().any(driven) {
             return Err(BuildError::NoLane { roads: file.roads.len() });
         }
         let guesses = guesses(&assembled.notes);

@@ -58,6 +58,8 @@ struct Site<'a> {
     paths: Vec<TurningLanelet>,
     /// For each path the lane that it is drawn from.
     members: Vec<usize>,
+    /// Other lanes, which are not reached from outside or do not lead out.
+    strays: Vec<usize>,
 }
 
 /// Draws the areas of all junctions and decides their rights of way.
@@ -96,8 +98,15 @@ fn strip(used: LaneUse) -> StripKind {
 
 impl<'a> Site<'a> {
     fn new(assembly: &MapBuilder, scene: &'a Scene, drawn: &'a Drawn, members: &[usize], side: DrivingSide) -> Self {
-        let mut site =
-            Self { scene, drawn, endings: Vec::new(), arms: Vec::new(), paths: Vec::new(), members: Vec::new() };
+        let mut site = Self {
+            scene,
+            drawn,
+            endings: Vec::new(),
+            arms: Vec::new(),
+            paths: Vec::new(),
+            members: Vec::new(),
+            strays: Vec::new(),
+        };
         // For each member the lanes before and behind the junction.
         let around: Vec<(usize, [usize; 2])> = members
             .iter()
@@ -130,6 +139,7 @@ impl<'a> Site<'a> {
             site.paths.push(path);
             site.members.push(member);
         }
+        site.strays = members.iter().copied().filter(|member| !site.members.contains(member)).collect();
         site
     }
 
@@ -270,6 +280,20 @@ impl<'a> Site<'a> {
         for path in &self.paths {
             if let Some(attributes) = assembly.attributes_mut(path.lanelet) {
                 attributes.set("turn_direction", turn_direction(path).as_str());
+                attributes.set("intersection_area", &name);
+            }
+        }
+        for &stray in &self.strays {
+            let lane = &self.drawn.lanes[stray];
+            let [left, right] = lane.bounds.map(|bound| assembly.bound_line(bound));
+            let turn = center_line(&left, &right).map_or(0.0, |middle| turned(side, &middle));
+            if let Some(attributes) = assembly.attributes_mut(lane.lanelet) {
+                let direction = match turn {
+                    turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+                    turn if turn > 0.0 => TurnDirection::Left,
+                    _ => TurnDirection::Right,
+                };
+                attributes.set("turn_direction", direction.as_str());
                 attributes.set("intersection_area", &name);
             }
         }

@@ -77,6 +77,11 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
         })
         .collect();
     let ends = meeting_ends(scene, &all_borders, &lanes, &found.all, &mut drawn.notes);
+    let mut meeting: BTreeMap<LaneEnd, Vec<LaneEnd>> = BTreeMap::new();
+    for [a, b] in found.all.iter().map(|contact| contact.ends) {
+        meeting.entry(a).or_default().push(b);
+        meeting.entry(b).or_default().push(a);
+    }
     let mut lines = Lines::new(scene, &ends);
     for stretch in stretches {
         let road = scene.road(stretch);
@@ -84,6 +89,13 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
             let limit = road.speed(scene.section(stretch), lane, scene.middle(stretch)).unwrap_or(UNSAID_SPEED);
             let borders = sides(lane.id);
             for &direction in road.directions(lane) {
+                let ends = [direction < 0, direction > 0].map(|far| LaneEnd { stretch, far, lane: lane.id });
+                if lane.both_ways
+                    && scene.connecting[scene.stretches[stretch].road]
+                    && !leads_through(scene, &meeting, ends)
+                {
+                    continue;
+                }
                 let back = direction != road.directions(lane)[0];
                 let one = One { stretch, lane: lane.id, direction, used: *used, limit, back };
                 lines.lanelet(assembly, &mut drawn, &lanes[stretch], borders, one);
@@ -102,6 +114,18 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
     unsaid_speeds(scene, &lanes, &mut drawn.notes);
     follow(&mut drawn, &found.all);
     drawn
+}
+
+/// Whether a lane is reached and left in a direction: of one that is driven both ways in a junction, often only one direction is.
+fn leads_through(scene: &Scene, meeting: &BTreeMap<LaneEnd, Vec<LaneEnd>>, [entry, exit]: [LaneEnd; 2]) -> bool {
+    let goes_on = |end: LaneEnd, leaving: bool| {
+        meeting.get(&end).into_iter().flatten().any(|other| {
+            let along = if leaving == other.far { -1 } else { 1 };
+            let lane = scene.section(other.stretch).lane(other.lane);
+            lane.is_some_and(|lane| scene.road(other.stretch).directions(lane).contains(&along))
+        })
+    };
+    goes_on(entry, false) && goes_on(exit, true)
 }
 
 /// One note for each road of which some lane has no speed limit.

@@ -23,6 +23,8 @@ pub struct Nodes {
     /// Whether an end lies in a junction: it yields to one that does not.
     inside: Vec<bool>,
     parent: Vec<usize>,
+    /// The ends that are one node, by their root.
+    members: Vec<Vec<usize>>,
 }
 
 /// A contact whose lanes do not meet well.
@@ -50,6 +52,7 @@ impl Nodes {
     pub fn add(&mut self, end: BorderEnd, place: Place, inside: bool) {
         self.known.insert(end, self.ends.len());
         self.parent.push(self.ends.len());
+        self.members.push(vec![self.ends.len()]);
         self.ends.push(end);
         self.places.push(place);
         self.inside.push(inside);
@@ -64,8 +67,19 @@ impl Nodes {
 
     fn unite(&mut self, a: usize, b: usize) {
         let [a, b] = [self.root(a), self.root(b)];
-        self.parent[a.max(b)] = a.min(b);
-        // The path to the root stays short.
+        if a != b {
+            let (keeps, yields) = (a.min(b), a.max(b));
+            self.parent[yields] = keeps;
+            let moved = std::mem::take(&mut self.members[yields]);
+            self.members[keeps].extend(moved);
+        }
+    }
+
+    /// Whether one node for both ends would be one for two borders of a stretch.
+    fn closes_lane(&self, a: usize, b: usize) -> bool {
+        let [a, b] = [a, b].map(|at| self.root(at));
+        let of = |root: usize| self.members[root].iter().map(|&at| self.ends[at]);
+        a != b && of(a).any(|one| of(b).any(|other| (one.0, one.1) == (other.0, other.1)))
     }
 
     /// Makes two ends of borders of one stretch one node, where the borders are one.
@@ -75,20 +89,25 @@ impl Nodes {
         }
     }
 
-    /// Joins the borders of lanes that meet; gives the contacts with a gap. `strict` lanes are joined only where they meet.
+    /// Joins the borders of lanes that meet; gives the contacts with a gap. Strips beside the lanes are joined only where they meet.
     pub fn join(&mut self, contacts: &[Contact], driven: impl Fn(LaneEnd) -> bool) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut far_apart = Vec::new();
-        for contact in contacts {
+        let (lanes, strips): (Vec<&Contact>, Vec<&Contact>) =
+            contacts.iter().partition(|contact| contact.ends.into_iter().all(&driven));
+        for contact in lanes {
             let Some(pairs) = self.pairs(contact) else { continue };
-            let apart = pairs.map(|[a, b]| distance(self.places[a], self.places[b]));
-            let most = apart[0].max(apart[1]);
+            let most = pairs.map(|[a, b]| distance(self.places[a], self.places[b])).into_iter().fold(0.0, f64::max);
             if most <= WELD {
                 pairs.into_iter().for_each(|[a, b]| self.unite(a, b));
-            } else if contact.ends.into_iter().all(&driven) {
-                far_apart.push((*contact, pairs, most));
             } else {
-                for ([a, b], _) in pairs.into_iter().zip(apart).filter(|(_, apart)| *apart <= WELD) {
+                far_apart.push((*contact, pairs, most));
+            }
+        }
+        // Strips beside the lanes end where they meet; a lane that begins between them keeps its two borders.
+        for contact in strips {
+            for [a, b] in self.pairs(contact).into_iter().flatten() {
+                if distance(self.places[a], self.places[b]) <= WELD && !self.closes_lane(a, b) {
                     self.unite(a, b);
                 }
             }
@@ -122,12 +141,8 @@ impl Nodes {
     /// For each end of a border the first end of its node and the node's place: the mean of ends that lie together, else where the
     /// roads outside junctions have it.
     pub fn places(&self) -> BTreeMap<BorderEnd, (BorderEnd, Place)> {
-        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for at in 0..self.ends.len() {
-            members.entry(self.root(at)).or_default().push(at);
-        }
         let mut all = BTreeMap::new();
-        for members in members.values() {
+        for members in self.members.iter().filter(|members| !members.is_empty()) {
             let first = members.iter().copied().map(|at| self.ends[at]).min().unwrap_or_default();
             let place = self.meeting(members);
             all.extend(members.iter().map(|&at| (self.ends[at], (first, place))));

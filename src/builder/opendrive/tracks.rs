@@ -148,11 +148,10 @@ fn rename(road: &mut Road, ids: &NewIds) {
         for mut lane in std::mem::take(&mut section.lanes) {
             let Some(id) = here.get(&lane.id) else { continue };
             lane.id = *id;
-            if at > 0 {
-                lane.links[0] = vec![*id];
-            }
-            if at < last {
-                lane.links[1] = vec![*id];
+            let next_to = [at.checked_sub(1), (at < last).then_some(at + 1)];
+            for (links, other) in lane.links.iter_mut().zip(next_to) {
+                let Some(other) = other.and_then(|other| ids.get(other)) else { continue };
+                *links = links.iter().filter_map(|link| other.get(link).copied()).collect();
             }
             lanes.push(lane);
         }
