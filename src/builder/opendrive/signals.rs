@@ -152,8 +152,10 @@ fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: 
         here.filter(|(_, lane)| validity.names(lane.lane)).map(|(at, lane)| (at, lane.direction)).collect();
     let faces = |direction: i8| validity.facing == 0 || validity.facing == direction;
     let facing: Vec<usize> = named.iter().filter(|(_, direction)| faces(*direction)).map(|(at, _)| *at).collect();
-    // Some exporters name lanes of the other direction than the one they state: the lanes count.
-    if facing.is_empty() && !validity.lanes.is_empty() { named.into_iter().map(|(at, _)| at).collect() } else { facing }
+    // Some exporters name lanes of the other direction than the one they state, or state the other one on a connecting road: the
+    // lanes count.
+    let stated_wrongly = !validity.lanes.is_empty() || scene.connecting[road];
+    if facing.is_empty() && stated_wrongly { named.into_iter().map(|(at, _)| at).collect() } else { facing }
 }
 
 /// The stretch of a road in which a station lies, by its index among all.
