@@ -94,6 +94,11 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
                     && scene.connecting[scene.stretches[stretch].road]
                     && !leads_through(scene, &meeting, ends)
                 {
+                    let message = format!(
+                        "lane {} of road {} is driven both ways, but leads nowhere in one direction, in which it is left out",
+                        lane.id, road.id
+                    );
+                    drawn.notes.push(note("opendrive-link", road.line, message));
                     continue;
                 }
                 let back = direction != road.directions(lane)[0];
