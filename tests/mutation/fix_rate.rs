@@ -102,6 +102,9 @@ const LOST: &[(&str, &[&str])] = &[
             "move a node into another square",
             "let a light or sign stop vehicles at a second line",
             "paint a bound",
+            "close one side beside lane_change",
+            "close one side alone",
+            "turn a light by a quarter",
         ],
     ),
     (

@@ -57,6 +57,21 @@ pub const KINDS: &[Kind] = &[
     tag!("drop lane_change between lanes", &["vm-01-02/lane-change-missing"], way, between, "lane_change", &[]),
     tag!("drop lane_change of a middle line", &["vm-01-02/lane-change-implied"], way, middle, "lane_change", &[]),
     tag!("misspell lane_change", &["vm-01-02/lane-change-invalid"], way, between, "lane_change", &["maybe", "Yes"]),
+    tag!(
+        "close one side beside lane_change",
+        &["vm-01-02/lane-change-hidden"],
+        way,
+        dashed,
+        "lane_change:left",
+        &["no"]
+    ),
+    kind("close one side alone", &["vm-01-02/lane-change-half"], |_, map, dice| {
+        let id = dice.pick(dashed(map))?;
+        let way = map.way(id);
+        let others: Vec<_> = way.tags.iter().filter(|(key, _)| *key != "lane_change").collect();
+        way.tags = others.into_iter().chain([("lane_change:left", "no")]).collect();
+        Some(vec![id])
+    }),
     tag!("forbid to cross a dashed line", &["health/lane-change-paint"], way, dashed, "lane_change", &["no"]),
     tag!(
         "write a speed that is no number",
@@ -140,6 +155,16 @@ pub const KINDS: &[Kind] = &[
     kind("turn a light around", &["vm-04-02/reversed"], |_, map, dice| {
         let id = dice.pick(drivers_lights(map))?;
         map.way(id).nodes.reverse();
+        Some(vec![id])
+    }),
+    kind("turn a light by a quarter", &["vm-04-02/sideways"], |_, map, dice| {
+        let id = dice.pick(drivers_lights(map))?;
+        let line = map.line(id);
+        let middle = nalgebra::center(line.first()?, line.last()?);
+        for node in map.way(id).nodes.clone() {
+            let off = map.place(node) - middle;
+            map.shift(node, Vector::new(-off.y, off.x) - off);
+        }
         Some(vec![id])
     }),
     kind("draw a light that belongs to nothing", &["vm-04-01/unreferenced"], |_, map, dice| {
