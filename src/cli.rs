@@ -19,6 +19,7 @@ mod geometry;
 mod input;
 mod memory;
 mod merge;
+mod outcome;
 mod output;
 mod packaging;
 mod project;
@@ -159,7 +160,17 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return if asked.use_stderr() { FAILED } else { CLEAN };
         }
     };
-    let result: Result<u8, Failure> = completed(&verb).and_then(|()| match verb {
+    let work = || completed(&verb).and_then(|()| run_verb(verb));
+    let result = outcome::of(work);
+    result.unwrap_or_else(|failure| {
+        output::tell_failure(&failure);
+        FAILED
+    })
+}
+
+/// Runs a verb and gives its exit code.
+fn run_verb(verb: Verb) -> Result<u8, Failure> {
+    match verb {
         Verb::Build(args) => shared(|| build::run(&args)),
         Verb::Geometry(args) => shared(|| geometry::run(&args)),
         Verb::Check(args) => check::run(&args),
@@ -177,9 +188,5 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Rules { profile } => explain::rules(profile),
         Verb::Completions { shell } => packaging::completions(shell, Cli::command()),
         Verb::Man { dir } => packaging::man(&dir, Cli::command()),
-    });
-    result.unwrap_or_else(|failure| {
-        output::tell_failure(&failure);
-        FAILED
-    })
+    }
 }

@@ -26,6 +26,10 @@ const BLOCKS_READ: u64 = 256;
 /// Blocks in which the elements are copied. Each is written to nearly all cells, and to open a file takes longer than to write it.
 const BLOCKS_COPIED: u64 = 48;
 
+/// A map is not divided if more of its cells than this, and than it has nodes, have no node of their own: a file for each square metre
+/// of an area would fill the disk.
+const MOST_EMPTY: usize = 10_000;
+
 /// An element by its kind and id.
 pub type Element = (ElementKind, i64);
 
@@ -116,6 +120,12 @@ pub fn divide(
         });
     }
     let placement = Placement::of(&survey, grid)?;
+    let cells = placement.sets.cells().len();
+    let occupied: FxHashSet<Cell> = survey.places.iter().filter_map(|place| grid.around(*place)).collect();
+    let empty = cells.saturating_sub(occupied.len());
+    if empty > MOST_EMPTY.max(survey.places.len()) {
+        return Err(DivideError::TooSmall { cells, empty });
+    }
     let Survey { nodes, ways, relations, meta, generator, .. } = survey;
     let shelves = [(nodes, placement.nodes), (ways, placement.ways), (relations, placement.relations)];
     // Ids and places have done their work, but for what tiles share.

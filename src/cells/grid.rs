@@ -53,6 +53,12 @@ impl Grid {
         format!("{x}_{y}.osm")
     }
 
+    /// The cell in which a place lies; `None` too far away for any.
+    pub fn around(self, place: Point) -> Option<Cell> {
+        let [x, y] = self.scaled(place);
+        row(y).ok().zip(row(x).ok()).map(|(row, column)| Cell { row, column })
+    }
+
     /// Adds the cells that a line touches.
     ///
     /// # Errors

@@ -50,6 +50,14 @@ pub enum DivideError {
         /// Its id.
         id: i64,
     },
+    /// Cells without a node of their own: far smaller than what is drawn.
+    #[error("of {cells} cells, {empty} would hold no node, only what reaches over them")]
+    TooSmall {
+        /// All cells.
+        cells: usize,
+        /// Those in which no node lies.
+        empty: usize,
+    },
     /// Nearly every cell would hold the whole map.
     #[error("elements refer to each other across the whole map, so that nearly every cell would hold all of it")]
     Chained,
@@ -86,6 +94,7 @@ impl DivideError {
             Self::Read(error) => error.help(),
             Self::Write { .. } => "nothing was changed; check the place's permissions and free space",
             Self::TooWide { .. } => "are its nodes where they should be? otherwise give a larger --size",
+            Self::TooSmall { .. } => "give a larger --size: 100 m is usual",
             Self::Chained => "give a larger --size, or do not divide this map",
             Self::Contradiction { .. } => {
                 "divide the map from what these files were made of; two maps that only share ids: `lanewright merge --renumber`"

@@ -7,6 +7,7 @@ pub mod diverge;
 pub mod extended;
 pub mod fillet;
 pub mod insides;
+pub mod line_index;
 pub mod miter;
 pub mod overlay;
 pub mod polygon;

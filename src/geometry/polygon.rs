@@ -3,11 +3,21 @@
 use geo::algorithm::bool_ops::FillRule;
 use geo::{Area, BooleanOps, Buffer, Contains, Coord, LineString, MultiPolygon, Polygon};
 
-use super::Point;
+use super::{Point, Polyline};
 
 /// `geo`'s polygon from a ring.
 pub fn to_geo(ring: &[Point]) -> Polygon<f64> {
     Polygon::new(LineString::new(ring.iter().map(|p| Coord { x: p.x, y: p.y }).collect()), Vec::new())
+}
+
+/// Whether a ring has no area at all: its points lie on one line, to within a thousandth of a millimetre, or are no numbers. Boolean
+/// operations are not made for such rings, so they never get them.
+pub fn is_flat(ring: &[Point]) -> bool {
+    let Some(first) = ring.first() else { return true };
+    let farthest = ring.iter().map(|p| p - first).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    let Some(along) = farthest.filter(|along| along.norm().is_finite()) else { return true };
+    let near = Polyline::MERGE * along.norm();
+    along.norm() <= Polyline::MERGE || ring.iter().all(|p| super::cross(along, p - first).abs() <= near)
 }
 
 /// Signed area in square metres: positive when the ring runs counter-clockwise.
@@ -239,11 +249,17 @@ impl Moments {
 
 /// The area that both rings cover.
 pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
+    if is_flat(a) || is_flat(b) {
+        return MultiPolygon::new(Vec::new());
+    }
     to_geo(a).intersection(&to_geo(b))
 }
 
 /// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
 pub fn overlap_by_winding(a: &[Point], b: &[Point]) -> f64 {
+    if is_flat(a) || is_flat(b) {
+        return 0.0;
+    }
     to_geo(a).intersection_with_fill_rule(&to_geo(b), FillRule::NonZero).unsigned_area()
 }
 
@@ -275,13 +291,19 @@ pub fn convex_hull(points: impl IntoIterator<Item = Point>) -> Vec<Point> {
 
 /// The largest piece of `a` that `b` does not cover, as a ring that is not closed; `None` if nothing is left.
 pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
-    largest(to_geo(a).difference(&to_geo(b)))
+    match [a, b].map(is_flat) {
+        [true, _] => None,
+        [_, true] => Some(a.to_vec()),
+        [false, false] => largest(to_geo(a).difference(&to_geo(b))),
+    }
 }
 
 /// The largest piece of `ring` that none of `others` covers, clockwise, not closed; `None` if nothing is left.
 pub fn outside(ring: &[Point], others: &[Vec<Point>]) -> Option<Vec<Point>> {
-    let others = geo::unary_union(&counter_clockwise(others));
-    clockwise(largest(to_geo(ring).difference(&others))?)
+    if is_flat(ring) {
+        return None;
+    }
+    clockwise(largest(to_geo(ring).difference(&ground(others)))?)
 }
 
 /// The outer ring of the largest piece.
@@ -294,7 +316,8 @@ fn largest(rest: MultiPolygon<f64>) -> Option<Vec<Point>> {
 
 /// The union of rings, with its holes.
 pub fn ground(rings: &[Vec<Point>]) -> MultiPolygon<f64> {
-    geo::unary_union(&counter_clockwise(rings))
+    let rings = counter_clockwise(rings);
+    if rings.is_empty() { MultiPolygon::new(Vec::new()) } else { geo::unary_union(&rings) }
 }
 
 /// The outer boundary of the largest piece of the union of rings, clockwise, not closed; `None` if it is empty. Points are
@@ -306,13 +329,18 @@ pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
 /// The outer boundary of the largest piece of the union of rings after gaps and bays up to twice `width` metres wide are filled,
 /// clockwise, not closed; `None` if it is empty. Corners keep their places to within a centimetre.
 pub fn closed(rings: &[Vec<Point>], width: f64) -> Option<Vec<Point>> {
-    clockwise(largest(ground(rings).buffer(width).buffer(-width))?)
+    let ground = ground(rings);
+    if ground.0.is_empty() {
+        return None;
+    }
+    clockwise(largest(ground.buffer(width).buffer(-width))?)
 }
 
-/// Polygons of the same orientation, as the non-zero rule needs.
+/// Polygons of the same orientation, as the non-zero rule needs; without those that have no area.
 fn counter_clockwise(rings: &[Vec<Point>]) -> Vec<Polygon<f64>> {
     rings
         .iter()
+        .filter(|ring| !is_flat(ring))
         .map(|ring| match signed_area(ring) < 0.0 {
             true => to_geo(&ring.iter().rev().copied().collect::<Vec<_>>()),
             false => to_geo(ring),
@@ -344,6 +372,34 @@ mod tests {
         assert_eq!(common_area(&square(0.0, 0.0), &square(2.0, 0.0)), 0.0);
         assert_eq!(common_area(&square(0.0, 0.0), &square(5.0, 0.0)), 0.0);
         assert_eq!(common_area(&square(0.0, 0.0), &[]), 0.0);
+    }
+
+    #[test]
+    fn rings_without_area_have_nothing_in_common_and_add_nothing() {
+        let ring = |places: &[(f64, f64)]| places.iter().map(|&(x, y)| Point::new(x, y)).collect::<Vec<_>>();
+        let square = ring(&[(0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)]);
+        let flat = [
+            ring(&[]),
+            ring(&[(1.0, 1.0)]),
+            ring(&[(1.0, 1.0), (1.0, 1.0), (1.0, 1.0)]),
+            ring(&[(0.0, 0.0), (3.0, 1.0), (6.0, 2.0), (3.0, 1.0)]),
+            ring(&[(0.0, 0.0), (f64::NAN, 1.0), (2.0, 2.0)]),
+            ring(&[(0.0, 0.0), (f64::INFINITY, 1.0), (2.0, 2.0)]),
+        ];
+        assert!(!is_flat(&square) && !is_flat(&ring(&[(0.0, 0.0), (100.0, 0.001), (200.0, 0.0)])));
+        for one in &flat {
+            assert!(is_flat(one), "{one:?}");
+            assert_eq!(
+                (overlap(one, &square), overlap(&square, one), overlap_by_winding(one, &square)),
+                (0.0, 0.0, 0.0)
+            );
+            assert_eq!((largest_outside(one, &square), largest_outside(&square, one)), (None, Some(square.clone())));
+            assert_eq!(outside(one, std::slice::from_ref(&square)), None);
+            assert_eq!(outside(&square, std::slice::from_ref(one)).map(|rest| signed_area(&rest)), Some(-16.0));
+            assert_eq!(closed(std::slice::from_ref(one), 2.0), None);
+        }
+        let all = [&flat[..], &[square]].concat();
+        assert_eq!(union(&all).map(|outline| signed_area(&outline)), Some(-16.0));
     }
 
     proptest! {

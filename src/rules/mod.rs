@@ -5,6 +5,7 @@ mod barrier;
 mod centerline_ends;
 mod check;
 mod config;
+mod crowd;
 mod divided_lanelets;
 mod ends_at_stop_line;
 mod engine;

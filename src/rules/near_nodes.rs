@@ -1,16 +1,26 @@
 //! Nodes that lie close together and were meant to be one: all of a cluster at once, however many.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Finding};
 use crate::lanelet::PointId;
 use crate::lanelet::index::{MapIndex, UnionFind};
 
+use super::crowd;
+
 /// Clusters of nodes that become one node. The oldest node, which stays, comes first.
 pub struct NodeClusters {
-    clusters: Vec<Vec<PointId>>,
+    clusters: Vec<Cluster>,
     /// The cluster of each node.
     of_node: FxHashMap<PointId, usize>,
+}
+
+struct Cluster {
+    nodes: Vec<PointId>,
+    /// Whether all of them become one.
+    close: bool,
+    /// The pairs for which there is a finding, if not for all.
+    told: Option<FxHashSet<[PointId; 2]>>,
 }
 
 impl NodeClusters {
@@ -33,15 +43,44 @@ impl NodeClusters {
             let Some(oldest) = cluster.first().and_then(place) else { return false };
             cluster.iter().filter_map(place).all(|one| (one - oldest).norm() < limit)
         };
-        let clusters: Vec<Vec<PointId>> = by_root.into_iter().filter(is_close).collect();
-        let of_node = clusters.iter().enumerate().flat_map(|(at, cluster)| cluster.iter().map(move |&id| (id, at)));
-        Self { of_node: of_node.collect(), clusters }
+        let mut clusters: Vec<Cluster> = (by_root.into_iter().filter(|nodes| !nodes.is_empty()))
+            .map(|nodes| {
+                let told = (nodes.len() > crowd::MOST).then(FxHashSet::default);
+                Cluster { close: is_close(&nodes), told, nodes }
+            })
+            .collect();
+        let of_node = clusters.iter().enumerate();
+        let of_node = of_node.flat_map(|(at, cluster)| cluster.nodes.iter().map(move |&id| (id, at)));
+        let of_node: FxHashMap<PointId, usize> = of_node.collect();
+        for pair in pairs {
+            let Some(cluster) = of_node.get(&pair[0]).and_then(|&at| clusters.get_mut(at)) else { continue };
+            let most = if cluster.close { 1 } else { crowd::MOST };
+            if let Some(told) = cluster.told.as_mut().filter(|told| told.len() < most) {
+                told.insert(pair);
+            }
+        }
+        Self { of_node, clusters }
+    }
+
+    fn of_pair(&self, pair: [PointId; 2]) -> Option<&Cluster> {
+        self.of_node.get(&pair[0]).and_then(|&at| self.clusters.get(at))
+    }
+
+    /// Whether a pair has a finding of its own. Of many nodes at one place one finding tells for all, or the first ones do.
+    pub fn tells(&self, pair: [PointId; 2]) -> bool {
+        let told = self.of_pair(pair).and_then(|cluster| cluster.told.as_ref());
+        told.is_none_or(|told| told.contains(&pair))
     }
 
     /// The finding that two nodes are to be one, with the fix that makes one of all of their cluster.
-    pub fn made_one(&self, finding: Finding, pair: [PointId; 2]) -> Finding {
-        let cluster = self.of_node.get(&pair[0]).and_then(|&at| self.clusters.get(at));
-        let [to, from @ ..] = cluster.map_or(&pair[..], Vec::as_slice) else { return finding };
+    pub fn made_one(&self, mut finding: Finding, pair: [PointId; 2]) -> Finding {
+        let cluster = self.of_pair(pair);
+        if let Some(Cluster { nodes, told: Some(_), .. }) = cluster {
+            let many = crowd::too_many(nodes.len(), "nodes lie so close to each other");
+            finding.message = format!("{} {many}", finding.message);
+        }
+        let together = cluster.filter(|cluster| cluster.close);
+        let [to, from @ ..] = together.map_or(&pair[..], |cluster| &cluster.nodes) else { return finding };
         let edits: Vec<Edit> = from.iter().map(|one| Edit::MergePoints { from: one.0, to: to.0 }).collect();
         let names: Vec<String> = from.iter().map(ToString::to_string).collect();
         finding.fixed_by(format!("use node {to} instead of {}", names.join(", ")), true, edits)

@@ -1,6 +1,6 @@
 //! Lanes of opposite directions that overlap, wholly or in part.
 
-use crate::geometry::polygon;
+use crate::geometry::{Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex};
 
 /// Two headings are opposite if the cosine of the angle between them is below this: 150 degrees and more.
@@ -31,6 +31,8 @@ pub fn width(lane: &Lane) -> Option<f64> {
 /// All pairs of a map.
 pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
     let mut found = Vec::new();
+    let headings: Vec<Option<Headings>> =
+        map.lanes.iter().map(|lane| lane.center.as_ref().and_then(Headings::of)).collect();
     for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
         let mut others: Vec<usize> = crosswise(map, at).collect();
         let conflicts = map.conflicts[at].iter().filter(|conflict| conflict.real && !conflict.grade_separated);
@@ -38,9 +40,34 @@ pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
         others.sort_unstable();
         others.dedup();
         let others = others.into_iter().filter(|&other| other > at && is_plain(map, other));
+        let may_oppose =
+            |other: &usize| headings[at].zip(headings[*other]).is_none_or(|(mine, theirs)| mine.may_oppose(theirs));
+        let others = others.filter(may_oppose);
         found.extend(others.filter_map(|other| judge(map, at, other)));
     }
     found
+}
+
+/// Between which directions a line runs: the one from end to end, and how far it turns away from it, radians.
+#[derive(Clone, Copy)]
+struct Headings {
+    chord: Vector,
+    away: f64,
+}
+
+impl Headings {
+    fn of(line: &Polyline) -> Option<Self> {
+        let chord = (line.last() - line.first()).try_normalize(Polyline::MERGE)?;
+        let away = line.segments().map(|(a, b)| angle_between(chord, b - a).abs()).fold(0.0, f64::max);
+        Some(Self { chord, away })
+    }
+
+    /// Whether somewhere on the two lines the directions can be opposite: most lanes that cross need no closer look.
+    fn may_oppose(self, other: Self) -> bool {
+        /// Radians by which no rounding is off.
+        const SPARE: f64 = 1e-6;
+        angle_between(self.chord, other.chord).abs() + self.away + other.away + SPARE > AGAINST.acos()
+    }
 }
 
 /// Lanes that have a bound of this one on the other side: left as right, right as left.

@@ -7,6 +7,8 @@ use crate::geometry::{Point, angle_between, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Conflict, Lane, MapIndex};
 
+use super::crowd;
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -30,7 +32,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     };
     for at in (0..map.lanes.len()).filter(|&at| street(at)) {
         let behind = map.conflicts[at].iter().filter(|one| one.other > at && one.real && one.area > params.area);
-        for conflict in behind.filter(|one| street(one.other)) {
+        let on_it: Vec<&Conflict> = behind.filter(|one| street(one.other)).collect();
+        if on_it.len() > crowd::MOST {
+            let id = map.lanes[at].id;
+            let message = format!("Lane {id}: {}", crowd::too_many(on_it.len(), "lanes lie on it"));
+            findings.push(Finding::new("overlap", Subject::Lanelet(id.0), message));
+        }
+        for conflict in on_it.into_iter().take(crowd::MOST) {
             let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
             if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) {
                 continue;
@@ -80,6 +88,6 @@ fn joined(map: &MapIndex, x: usize, y: usize) -> bool {
 fn shuttle(params: &Params, a: &Lane, b: &Lane, area: f64) -> bool {
     let headings = a.heading_in().zip(b.heading_in());
     let opposite = headings.is_some_and(|(x, y)| angle_between(x, y).abs().to_degrees() > OPPOSITE);
-    let both = a.area + b.area - polygon::overlap(&a.outline, &b.outline);
-    opposite && area / both.max(f64::MIN_POSITIVE) > params.stacked
+    let both = || a.area + b.area - polygon::overlap(&a.outline, &b.outline);
+    opposite && area / both().max(f64::MIN_POSITIVE) > params.stacked
 }

@@ -3,7 +3,7 @@
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::{STRAIGHT, turn};
-use crate::builder::network::{Intersection, RoadNetwork};
+use crate::builder::network::{Intersection, MOST_ARMS, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
@@ -23,6 +23,9 @@ const TIGHTEST_ONLY: f64 = 1.0 / 2.5;
 /// A U-turn runs into a movement from the lane beside it if they share more ground than this, square metres.
 const RUNS_INTO: f64 = 0.2;
 
+/// At most this number of movements is drawn in one intersection; those of 16 roads with a lane for each direction all are.
+const MOST_MOVEMENTS: usize = 240;
+
 /// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
 const HAIRPIN: f64 = 135.0;
 /// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
@@ -37,8 +40,9 @@ pub fn movements(
 ) -> Movements {
     let (side, paths) = (network.side, StreetPaths { network, intersection });
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
+    let joined = joined_arms(network, intersection);
     let mut targets: Vec<Vec<TurnTarget>> =
-        (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, &arms, from)).collect();
+        (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, (&arms, &joined), from)).collect();
     let mut u_turns = remove_u_turns(paths, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
     let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
@@ -59,10 +63,40 @@ pub fn movements(
     all.retain(|m| !ending[m.from][0].contains(&m.in_lane) && !ending[m.to][1].contains(&m.out_lane));
     all.sort_unstable();
     all.dedup();
-    let pairs = (0..arms.len()).flat_map(|from| (0..arms.len()).map(move |to| (from, to)));
+    let found = all.len();
+    if found > MOST_MOVEMENTS {
+        all = straightest(all, &arms);
+    }
+    let left_out = found - all.len();
+    let joined: Vec<usize> = (0..arms.len()).filter(|&arm| joined[arm]).collect();
+    let pairs = joined.iter().flat_map(|&from| joined.iter().map(move |&to| (from, to)));
     let could = |(from, to): &(usize, usize)| from != to && !arms[*from].into.is_empty() && !arms[*to].out.is_empty();
     let prohibited = pairs.filter(could).filter(|pair| all.iter().all(|m| (m.from, m.to) != *pair)).collect();
-    Movements { all, prohibited, u_turns: u_turn_arms }
+    Movements { all, prohibited, u_turns: u_turn_arms, left_out }
+}
+
+/// Per arm, whether other roads are joined to it: all, but of too many those of the highest classes.
+fn joined_arms(network: &RoadNetwork, intersection: &Intersection) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..intersection.arms.len()).collect();
+    order.sort_by_key(|&arm| network.road(intersection.arms[arm].road).class);
+    let mut joined = vec![false; order.len()];
+    order.into_iter().take(MOST_ARMS).for_each(|arm| joined[arm] = true);
+    joined
+}
+
+/// As many movements as can be drawn: of every lane the straightest, then of every lane the next, and so on. In order.
+fn straightest(all: Vec<Movement>, arms: &[&Arm]) -> Vec<Movement> {
+    let turn = |m: &Movement| angle_between(arms[m.from].inward, -arms[m.to].inward).abs();
+    let mut ranked: Vec<(f64, Movement)> = all.into_iter().map(|movement| (turn(&movement), movement)).collect();
+    let lane = |m: &Movement| (m.from, m.in_lane);
+    ranked.sort_by(|(a, x), (b, y)| lane(x).cmp(&lane(y)).then(a.total_cmp(b)).then(x.cmp(y)));
+    let of_lanes = ranked.chunk_by(|(_, x), (_, y)| lane(x) == lane(y));
+    let mut by_rank: Vec<(usize, Movement)> = of_lanes.flat_map(|row| (0..).zip(row.iter().map(|(_, m)| *m))).collect();
+    by_rank.sort_unstable();
+    by_rank.truncate(MOST_MOVEMENTS);
+    let mut kept: Vec<Movement> = by_rank.into_iter().map(|(_, movement)| movement).collect();
+    kept.sort_unstable();
+    kept
 }
 
 /// Per arm the lanes for both directions, among others of each direction, that end where the road only goes on as one without such
@@ -110,13 +144,17 @@ fn turn_targets<'a>(
     side: DrivingSide,
     restrictions: &ResolvedRestrictions,
     intersection: &Intersection,
-    arms: &[&'a Arm],
+    (arms, joined): (&[&'a Arm], &[bool]),
     from: usize,
 ) -> Vec<TurnTarget<'a>> {
+    if !joined[from] {
+        return Vec::new();
+    }
     let (arm, count) = (arms[from], arms.len());
     // Arms are clockwise, whatever their angles.
-    let others =
-        (1..count).map(|step| (from + step) % count).filter(|&to| !arm.into.is_empty() && !arms[to].out.is_empty());
+    let others = (1..count)
+        .map(|step| (from + step) % count)
+        .filter(|&to| joined[to] && !arm.into.is_empty() && !arms[to].out.is_empty());
     let permitted = others.filter(|&to| restrictions.permit(intersection, arm.at, arms[to].at));
     let target = |to: usize| {
         let other = arms[to];

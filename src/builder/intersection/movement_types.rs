@@ -25,6 +25,8 @@ pub struct Movements {
     pub prohibited: Vec<(usize, usize)>,
     /// Pairs of arms between which there are U-turns, if there is room.
     pub u_turns: Vec<(usize, usize)>,
+    /// How many more there are: too many to draw.
+    pub left_out: usize,
 }
 
 /// An arm to which lanes of another may lead, as seen from that other.

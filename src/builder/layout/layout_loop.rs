@@ -27,7 +27,8 @@ use crate::diagnostic::Finding;
 use super::lane_drops::{added_lanes, lane_drops};
 use super::map_layout::Layout;
 use super::roads_inside::{
-    ends_without_turns, half_served_ends, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out,
+    crowded_intersections, ends_without_turns, half_served_ends, left_out, left_out_movements, road_inside,
+    roads_abreast, roads_inside, roads_to_leave_out, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
@@ -51,6 +52,7 @@ pub fn lay_out(
     heights: &HeightOptions,
     contested: BTreeSet<i64>,
 ) -> (Layout, Vec<Finding>) {
+    let crowded = crowded_intersections(&network);
     let (layout, notes) = Layout::new(network, &kept, contested);
     let begun = LayoutLoop {
         layout,
@@ -61,7 +63,7 @@ pub fn lay_out(
         merged: Vec::new(),
         stop_lines: StopLines::Untried,
         notes,
-        road_notes: Vec::new(),
+        road_notes: crowded.iter().map(|(node, count)| too_many_roads(*node, *count)).collect(),
     };
     let (ControlFlow::Continue(rounds) | ControlFlow::Break(rounds)) =
         (0..ROUNDS).try_fold(begun, |rounds, _| rounds.meet_demand());
@@ -351,6 +353,7 @@ impl LayoutLoop<'_> {
         let lifted = level_at_cuts(&mut layout.network, &layout.lines.kept, heights);
         layout.lift(&lifted);
         notes.extend(road_notes);
+        notes.extend(left_out_movements(&layout));
         (layout, notes)
     }
 }

@@ -6,7 +6,7 @@ use crate::builder::intersection::street_path::RADIUS_TOLD;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::turn_angle::TURNS_BACK;
-use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::{IntersectionIx, MOST_ARMS, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
 
@@ -190,4 +190,33 @@ pub fn road_inside(MergeNote { key, left, .. }: &MergeNote) -> Finding {
         key.way, key.first, key.last
     );
     Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)
+}
+
+/// The intersections where more roads meet than can be joined: their first node, and how many roads.
+pub fn crowded_intersections(network: &RoadNetwork) -> Vec<(i64, usize)> {
+    let crowded = network.intersections.iter().filter(|at| at.arms.len() > MOST_ARMS);
+    crowded.filter_map(|at| Some((*at.nodes.first()?, at.arms.len()))).collect()
+}
+
+/// Says that only some of the roads at a node are joined.
+pub fn too_many_roads(node: i64, count: usize) -> Finding {
+    let message = format!(
+        "{count} roads meet at node {node}: too many for one intersection; {MOST_ARMS} of them are joined, the others end before it."
+    );
+    Finding::new("too-many-roads", Subject::Node(node), message).graded(Severity::Warning)
+}
+
+/// Says where lanes are not joined because there are too many.
+pub fn left_out_movements(layout: &Layout) -> Vec<Finding> {
+    let drawn = layout.network.intersections.iter().zip(&layout.turning);
+    let of_each = drawn.filter_map(|(at, turning)| {
+        let plan = &turning.as_ref().filter(|turning| turning.plan.left_out > 0)?.plan;
+        let (node, kept) = (*at.nodes.first()?, plan.all.len());
+        let message = format!(
+            "At node {node} there are {} ways from lane to lane: too many to draw; the straightest {kept} are drawn.",
+            kept + plan.left_out
+        );
+        Some(Finding::new("too-many-turns", Subject::Node(node), message).graded(Severity::Warning))
+    });
+    of_each.collect()
 }

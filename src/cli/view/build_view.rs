@@ -8,7 +8,7 @@ use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
 use crate::cli::args::LayoutArgs;
 use crate::cli::draw_args::StageArg;
 use crate::cli::watch::Watched;
-use crate::cli::{report_page, stage};
+use crate::cli::{outcome, report_page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::MapIndex;
@@ -71,7 +71,7 @@ impl BuildSessions {
             loop {
                 watched.wait(stamps);
                 stamps = watched.stamps();
-                match BuildSession::open(&args) {
+                match outcome::of(|| BuildSession::open(&args)) {
                     Ok((session, parcel)) => {
                         *ours.session.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(session);
                         subscriptions.show(parcel);
@@ -101,7 +101,7 @@ impl Handler for BuildSessions {
         };
         Some(match path {
             "/build" => answer(|session, question| {
-                let built = session.build(question).map_err(|failure| failure.to_string())?;
+                let built = outcome::of(|| session.build(question)).map_err(|failure| failure.to_string())?;
                 Ok(Answer { bytes: built, name: None })
             }),
             "/save/osm" => answer(|session, question| downloads::osm(&session.data, &session.title, question)),

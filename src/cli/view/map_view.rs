@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::thread;
 
-use crate::cli::report_page;
 use crate::cli::watch::Watched;
+use crate::cli::{outcome, report_page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
@@ -37,18 +37,21 @@ impl Reports {
             let mut checked: Result<Judged, Failure> = Ok(first);
             loop {
                 let told = checked.and_then(|checked| {
-                    let previews = checked.fix_previews(args.r#unsafe)?;
-                    if !previews.is_empty() {
-                        subscriptions.show(checked.parcel(&args, &previews)?);
-                    }
-                    Ok(())
+                    outcome::of(|| {
+                        let previews = checked.fix_previews(args.r#unsafe)?;
+                        if !previews.is_empty() {
+                            subscriptions.show(checked.parcel(&args, &previews)?);
+                        }
+                        Ok(())
+                    })
                 });
                 if let Err(failure) = told {
                     subscriptions.fail(failure.render(TextStyle::default()));
                 }
                 watched.wait(stamps);
                 stamps = watched.stamps();
-                checked = Judged::read(&args).and_then(|checked| {
+                checked = outcome::of(|| {
+                    let checked = Judged::read(&args)?;
                     subscriptions.show(checked.parcel(&args, &[])?);
                     Ok(checked)
                 });

@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::fact::{Fact, Sign};
 use crate::diagnostic::{Place, Subject};
+use crate::geometry::line_index::LineIndex;
 use crate::geometry::{Point as PlanePoint, Polyline};
 use crate::lanelet::{
     Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, PointId, Polygon, RegulatoryElement, Target,
@@ -75,7 +76,8 @@ fn apart(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
     }
     let farthest = |from: &[PlanePoint], to: &[PlanePoint]| {
         let line = Polyline::new(to.iter().copied());
-        let distance = |p: &PlanePoint| match (&line, to.first()) {
+        let index = line.as_ref().map(LineIndex::new);
+        let distance = |p: &PlanePoint| match (&index, to.first()) {
             (Some(line), _) => line.distance(*p),
             (None, Some(only)) => (p - only).norm(),
             (None, None) => 0.0,

@@ -2,10 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rustc_hash::FxHashMap;
+
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
+use crate::rules::crowd;
 use crate::rules::near_nodes::NodeClusters;
 
 use super::params::{Params, subject};
@@ -18,6 +21,8 @@ pub struct Links<'m> {
     misses: BTreeMap<[PointId; 2], (f64, [usize; 2], Point)>,
     gaps: Vec<(f64, usize, usize)>,
     head_on: Vec<(usize, usize, bool)>,
+    /// A lane with more lanes at one of its ends than are compared: the fault, their number, and what they do there.
+    crowds: Vec<(&'static str, usize, usize, &'static str)>,
     /// Lanes of which it is already said what is wrong with their end.
     pub ends: BTreeSet<usize>,
     /// The same of their start.
@@ -32,6 +37,7 @@ impl<'m> Links<'m> {
             misses: BTreeMap::new(),
             gaps: Vec::new(),
             head_on: Vec::new(),
+            crowds: Vec::new(),
             ends: BTreeSet::new(),
             starts: BTreeSet::new(),
         };
@@ -68,7 +74,11 @@ impl<'m> Links<'m> {
     fn find_near_misses(&mut self, params: &Params) {
         for y in self.lanes() {
             let start = self.map.lanes[y].start;
-            for x in self.ending_near(params, y, 2.0 * params.near_miss) {
+            let near = self.ending_near(params, y, 2.0 * params.near_miss);
+            if near.len() > crowd::MOST {
+                self.crowds.push(("near-miss", y, near.len(), "lanes end where it starts"));
+            }
+            for x in near.into_iter().take(crowd::MOST) {
                 let end = self.map.lanes[x].end;
                 let apart = |side: usize| (end.points[side] - start.points[side]).norm();
                 // Lanes that lead on from here as they should need no other way on.
@@ -101,8 +111,14 @@ impl<'m> Links<'m> {
             }
             let mut pairs: Vec<(usize, usize)> = Vec::new();
             for (&[left, right], lanes) in &open {
-                let others = open.get(&[right, left]).into_iter().flatten();
-                pairs.extend(others.flat_map(|&y| lanes.iter().map(move |&x| (x, y))).filter(|(x, y)| x < y));
+                let others = open.get(&[right, left]).map_or(&[][..], Vec::as_slice);
+                if lanes.len() > crowd::MOST && !others.is_empty() {
+                    let what = if start { "lanes start on the same points" } else { "lanes end on the same points" };
+                    self.crowds.push(("head-on", lanes[0], lanes.len(), what));
+                }
+                let others = others.iter().take(crowd::MOST);
+                let lanes = lanes.iter().take(crowd::MOST);
+                pairs.extend(others.flat_map(|&y| lanes.clone().map(move |&x| (x, y))).filter(|(x, y)| x < y));
             }
             pairs.sort_unstable();
             for (x, y) in pairs {
@@ -146,7 +162,8 @@ impl<'m> Links<'m> {
         let [near, gap] = self.limits;
         let name = |lane: usize| map.lanes[lane].id;
         let clusters = NodeClusters::of(map, self.misses.keys().copied(), near);
-        let misses = self.misses.iter().map(|([older, newer], (distance, [x, y], place))| {
+        let told = self.misses.iter().filter(|(pair, _)| clusters.tells(**pair));
+        let misses = told.map(|([older, newer], (distance, [x, y], place))| {
             let (a, b) = (name(*x), name(*y));
             let message = format!("Nodes {older} and {newer} are {distance:.3} m apart; {a} and {b} do not connect.");
             let finding = Finding::new("near-miss", Subject::Point(newer.0), message)
@@ -164,16 +181,25 @@ impl<'m> Links<'m> {
                 .measured(length, gap, "m")
                 .at(Place::Line(vec![map.lanes[x].end.middle(), map.lanes[y].start.middle()]))
         });
-        let head_on = self.head_on.iter().map(|&(x, y, start)| self.opposed(x, y, start));
-        misses.chain(gaps).chain(head_on).collect()
+        let mut ends: FxHashMap<usize, usize> = FxHashMap::default();
+        self.head_on
+            .iter()
+            .for_each(|&(x, y, _)| [x, y].into_iter().for_each(|lane| *ends.entry(lane).or_default() += 1));
+        let both = |lane: usize| ends.get(&lane).is_some_and(|count| *count > 1);
+        let head_on = self.head_on.iter().map(|&(x, y, start)| self.opposed([x, y], [both(x), both(y)], start));
+        let crowds = self.crowds.iter().map(|&(fault, lane, count, what)| {
+            let message = format!("Lane {}: {}", name(lane), crowd::too_many(count, what));
+            Finding::new(fault, subject(map, lane), message)
+        });
+        misses.chain(gaps).chain(head_on).chain(crowds).collect()
     }
 
-    /// Two lanes that meet head on, or drive away from each other.
-    fn opposed(&self, x: usize, y: usize, start: bool) -> Finding {
+    /// Two lanes that meet head on, or drive away from each other; `both` tells of each whether it is wrong at both ends.
+    fn opposed(&self, [x, y]: [usize; 2], both: [bool; 2], start: bool) -> Finding {
         let map = self.map;
         // The one that is wrong at both ends is the one with the roles exchanged.
-        let both = |lane: usize| self.head_on.iter().filter(|&&(a, b, _)| a == lane || b == lane).count() > 1;
-        let (at, other) = if both(y) && !both(x) { (y, x) } else { (x, y) };
+        let turned = both[0] != both[1];
+        let (at, other) = if turned && both[1] { (y, x) } else { (x, y) };
         let [a, b] = [at, other].map(|lane| map.lanes[lane].id);
         let (what, edge) = match start {
             true => ("start on the same points, away from each other", map.lanes[at].start),
@@ -182,10 +208,7 @@ impl<'m> Links<'m> {
         let finding = Finding::new("head-on", subject(map, at), format!("Lanes {a} and {b} {what}."))
             .with(subject(map, other), "other lane")
             .at(Place::Line(edge.points.to_vec()));
-        match both(at) && !both(other) {
-            true => exchanged(map, a, finding),
-            false => finding,
-        }
+        if turned { exchanged(map, a, finding) } else { finding }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Ends of lanes that should be one and are not.
 
-use std::cell::LazyCell;
+use std::cell::{LazyCell, OnceCell};
 use std::collections::BTreeMap;
 
 use rustc_hash::FxHashSet;
@@ -64,17 +64,19 @@ fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<u
     let reach = nalgebra::Vector2::repeat(params.near_miss);
     let middle = start.middle();
     let near = map.lanes_near(middle - reach, middle + reach);
-    let close = |x: &usize| {
-        let end = &map.lanes[*x].end;
-        *x != y
-            && map.lanes[*x].is_drivable()
-            && end.ids != start.ids
-            && end.points.iter().zip(start.points).all(|(a, b)| (b - a).norm() < params.near_miss)
-            && map.are_ends_level(end, start)
-            && straight_on(map, params, *x, y)
-            && !map.are_linked(*x, y)
-    };
-    near.into_iter().filter(close).collect()
+    near.into_iter().filter(|&x| ends_near(map, params, x, y, start)).collect()
+}
+
+/// Whether one lane ends close to where another starts, as [`ending_near`] asks.
+fn ends_near(map: &MapIndex, params: &Params, x: usize, y: usize, start: &Edge) -> bool {
+    let end = &map.lanes[x].end;
+    x != y
+        && map.lanes[x].is_drivable()
+        && end.ids != start.ids
+        && end.points.iter().zip(start.points).all(|(a, b)| (b - a).norm() < params.near_miss)
+        && map.are_ends_level(end, start)
+        && straight_on(map, params, x, y)
+        && !map.are_linked(x, y)
 }
 
 fn straight_on(map: &MapIndex, params: &Params, x: usize, y: usize) -> bool {
@@ -82,14 +84,35 @@ fn straight_on(map: &MapIndex, params: &Params, x: usize, y: usize) -> bool {
     headings.is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() <= params.near_angle)
 }
 
-/// Whether a lane comes so close to another one's end that near-miss says what is wrong.
-pub fn nearly_continues(map: &MapIndex, params: &Params, at: usize, edge: &Edge) -> bool {
-    if *edge == map.lanes[at].start {
+/// Which lanes come so close to another one's end that near-miss says what is wrong; asked once for each end, however many areas it
+/// lies on.
+pub struct NearContinuations<'m> {
+    map: &'m MapIndex<'m>,
+    params: &'m Params,
+    /// Per lane, of its start and of its end.
+    known: Vec<[OnceCell<bool>; 2]>,
+}
+
+impl<'m> NearContinuations<'m> {
+    pub fn new(map: &'m MapIndex<'m>, params: &'m Params) -> Self {
+        Self { map, params, known: map.lanes.iter().map(|_| Default::default()).collect() }
+    }
+
+    /// Whether another lane nearly leads to one, or nearly goes on from it.
+    pub fn has(&self, at: usize, edge: &Edge) -> bool {
+        let is_start = *edge == self.map.lanes[at].start;
+        *self.known[at][usize::from(!is_start)]
+            .get_or_init(|| nearly_continues(self.map, self.params, at, edge, is_start))
+    }
+}
+
+fn nearly_continues(map: &MapIndex, params: &Params, at: usize, edge: &Edge, is_start: bool) -> bool {
+    if is_start {
         return !ending_near(map, params, at, edge).is_empty();
     }
     let reach = nalgebra::Vector2::repeat(params.near_miss);
     let near = map.lanes_near(edge.middle() - reach, edge.middle() + reach);
-    near.into_iter().any(|y| ending_near(map, params, y, &map.lanes[y].start).contains(&at))
+    near.into_iter().any(|y| ends_near(map, params, at, y, &map.lanes[y].start))
 }
 
 impl Misses<'_> {
@@ -97,7 +120,8 @@ impl Misses<'_> {
     pub fn into_findings(self) -> Vec<Finding> {
         let map = self.map;
         let clusters = NodeClusters::of(map, self.pairs.keys().copied(), self.limit);
-        let findings = self.pairs.into_iter().map(|([older, newer], miss)| {
+        let told = self.pairs.into_iter().filter(|(pair, _)| clusters.tells(*pair));
+        let findings = told.map(|([older, newer], miss)| {
             let [a, b] = miss.lanes.map(|lane| map.lanes[lane].id);
             let message =
                 format!("Nodes {older} and {newer} are {:.3} m apart; {a} and {b} do not connect.", miss.distance);

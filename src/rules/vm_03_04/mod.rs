@@ -9,6 +9,7 @@ use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
 use crate::lanelet::{PointId, RoadType};
 
+use connection::NearContinuations;
 use params::Params;
 use rustc_hash::FxHashSet;
 
@@ -16,8 +17,9 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let misses = connection::near_misses(map, params);
     let mut findings = connection::dangling(map, params, &misses);
     findings.extend(misses.into_findings());
+    let near = NearContinuations::new(map, params);
     for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
-        findings.extend(loose_ends(map, params, intersection, traffic));
+        findings.extend(loose_ends(map, params, &near, (intersection, traffic)));
         findings.extend(movements_missing(map, intersection, traffic));
     }
     findings.extend(signal::judge(map, params));
@@ -48,16 +50,21 @@ impl<'a> Outline<'a> {
 }
 
 /// Lanes that end or start on the border of an area where nothing goes on.
-fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
+fn loose_ends(
+    map: &MapIndex,
+    params: &Params,
+    near: &NearContinuations,
+    (intersection, traffic): (&Intersection, &Traffic),
+) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
     let Some(outline) = Outline::of(&intersection.ring, params.border) else { return Vec::new() };
     let [low, high] = crate::lanelet::index::extent(outline.ring);
     let reach = Vector::repeat(params.border);
+    let members: FxHashSet<usize> = intersection.members.iter().map(|member| member.lane).collect();
     let mut findings = Vec::new();
     for at in map.lanes_near(low - reach, high + reach) {
         let lane = &map.lanes[at];
-        let member = intersection.members.iter().any(|member| member.lane == at);
-        if member || !lane.vehicle || lane.kind != RoadType::Road {
+        if members.contains(&at) || !lane.vehicle || lane.kind != RoadType::Road {
             continue;
         }
         let center = lane.center.as_ref();
@@ -67,7 +74,7 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
         let missed = |edge: &Edge, lists: &[usize], inward: bool| {
             lists.is_empty()
                 && map.is_on_level_of(edge, intersection)
-                && !connection::nearly_continues(map, params, at, edge)
+                && !near.has(at, edge)
                 && !is_closed(map, intersection, traffic, at, inward)
         };
         let ends = [

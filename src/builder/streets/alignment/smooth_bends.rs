@@ -1,5 +1,9 @@
 //! Eases the bends of a line for a road of some width.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::iter::successors;
+
 use crate::geometry::{Point, Polyline, angle_between, left_of};
 
 /// The largest turn at one point, radians: 10 degrees. Offsets of the line then keep their shape.
@@ -25,7 +29,7 @@ pub fn eased(line: &Polyline, half: f64) -> Polyline {
     let points = merge_close_corners(line.points().to_vec(), tightest);
     let mut eased = vec![points[0]];
     for (i, w) in points.windows(3).enumerate() {
-        let room = room(&points, i + 1);
+        let room = room([w[0], w[1], w[2]], [i == 0, i + 3 == points.len()]);
         eased.extend(arc(w[0], w[1], w[2], room, tightest.max(half + INNER_RADIUS)));
     }
     eased.push(points[points.len() - 1]);
@@ -35,65 +39,166 @@ pub fn eased(line: &Polyline, half: f64) -> Polyline {
 /// Merges points whose bends leave nothing of the inner edge between them.
 fn with_inner_edges(mut points: Vec<Point>, half: f64) -> Vec<Point> {
     points.dedup_by(|a, b| (*a - *b).norm() <= Polyline::MERGE);
-    let mut i = 0;
-    while i + 1 < points.len() {
+    let mut chain = Chain::new(points);
+    let mut at = Some(0);
+    while let Some(i) = at
+        && let Some(next) = chain.next(i)
+    {
         // How much of the segment's left edge the bend at a point takes, metres.
-        let bend = |k: usize| match k {
-            0 => 0.0,
-            _ if k + 1 == points.len() => 0.0,
-            _ => half * (angle_between(points[k] - points[k - 1], points[k + 1] - points[k]) / 2.0).tan(),
+        let bend = |corner: usize| {
+            let around = chain.around(corner);
+            around.map_or(0.0, |[a, b, c]| half * (angle_between(b - a, c - b) / 2.0).tan())
         };
-        let taken = (bend(i) + bend(i + 1)).abs();
-        if taken <= (points[i + 1] - points[i]).norm() * (1.0 - INNER) || points.len() == 2 {
-            i += 1;
+        let taken = (bend(i) + bend(next)).abs();
+        if taken <= (chain.points[next] - chain.points[i]).norm() * (1.0 - INNER) || chain.len == 2 {
+            at = Some(next);
             continue;
         }
-        match (i, i + 2 == points.len()) {
-            (0, _) => drop(points.remove(1)),
-            (_, true) => drop(points.remove(i)),
+        // The merged bends take from the edges before them, too.
+        let again = chain.before(i).and_then(|before| chain.before(before)).unwrap_or(0);
+        match (chain.before(i), chain.next(next)) {
+            (None, _) => chain.remove(next),
+            (_, None) => chain.remove(i),
             _ => {
-                points[i] = nalgebra::center(&points[i], &points[i + 1]);
-                points.remove(i + 1);
+                chain.points[i] = nalgebra::center(&chain.points[i], &chain.points[next]);
+                chain.remove(next);
             }
         }
-        i = i.saturating_sub(2);
+        at = Some(again);
     }
-    points
+    chain.into_points()
 }
 
 /// Drops corners until each has room for the tightest arc.
-fn merge_close_corners(mut points: Vec<Point>, tightest: f64) -> Vec<Point> {
-    loop {
-        // The corner whose arc lacks the most room.
-        let worst = (1..points.len() - 1)
-            .map(|i| {
-                let needed = tangent(points[i - 1], points[i], points[i + 1], tightest);
-                (i, needed - room(&points, i))
-            })
-            .filter(|(_, lack)| *lack > 0.0)
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((i, _)) = worst else { return points };
-        let (before, after) = ((points[i] - points[i - 1]).norm(), (points[i + 1] - points[i]).norm());
-        let other = if before < after { i - 1 } else { i + 1 };
-        if other == 0 || other == points.len() - 1 {
-            points.remove(i);
+fn merge_close_corners(points: Vec<Point>, tightest: f64) -> Vec<Point> {
+    let mut chain = Chain::new(points);
+    let mut lacks = BinaryHeap::new();
+    for i in 0..chain.points.len() {
+        lacks.extend(chain.lack(i, tightest));
+    }
+    // The corner whose arc lacks the most room; of those that lack the same, the last.
+    while let Some(lack) = lacks.pop() {
+        let i = lack.corner;
+        // A corner that has changed since stands in the heap once more.
+        if chain.lack(i, tightest).as_ref() != Some(&lack) {
+            continue;
+        }
+        let (Some(before), Some(after)) = (chain.before(i), chain.next(i)) else { continue };
+        let to = |other: usize| (chain.points[i] - chain.points[other]).norm();
+        let other = if to(before) < to(after) { before } else { after };
+        let kept = if chain.around(other).is_none() {
+            chain.remove(i);
+            before
         } else {
             let (low, high) = (i.min(other), i.max(other));
-            points[low] = nalgebra::center(&points[low], &points[high]);
-            points.remove(high);
+            chain.points[low] = nalgebra::center(&chain.points[low], &chain.points[high]);
+            chain.remove(high);
+            chain.before(low).unwrap_or(low)
+        };
+        // What lies at one place now is one point.
+        let mut at = kept;
+        for _ in 0..2 {
+            while let Some(next) = chain.next(at)
+                && (chain.points[next] - chain.points[at]).norm() <= Polyline::MERGE
+            {
+                chain.remove(next);
+            }
+            let Some(next) = chain.next(at) else { break };
+            at = next;
         }
-        points.dedup_by(|a, b| (*a - *b).norm() <= Polyline::MERGE);
-        if points.len() < 3 {
-            return points;
+        if chain.len < 3 {
+            break;
         }
+        let first = chain.before(kept).unwrap_or(kept);
+        lacks.extend(
+            successors(Some(first), |&one| chain.next(one)).take(5).filter_map(|one| chain.lack(one, tightest)),
+        );
+    }
+    chain.into_points()
+}
+
+/// The points of a line while some are taken out.
+struct Chain {
+    points: Vec<Point>,
+    /// For each point the ones before and after it; a point that was taken out has neither.
+    links: Vec<[Option<usize>; 2]>,
+    len: usize,
+}
+
+impl Chain {
+    fn new(points: Vec<Point>) -> Self {
+        let len = points.len();
+        let links = (0..len).map(|i| [i.checked_sub(1), Some(i + 1).filter(|&next| next < len)]).collect();
+        Self { points, links, len }
+    }
+
+    fn before(&self, i: usize) -> Option<usize> {
+        self.links[i][0]
+    }
+
+    fn next(&self, i: usize) -> Option<usize> {
+        self.links[i][1]
+    }
+
+    /// A corner between its neighbours; `None` for the ends.
+    fn around(&self, i: usize) -> Option<[Point; 3]> {
+        let [before, next] = self.links[i];
+        Some([self.points[before?], self.points[i], self.points[next?]])
+    }
+
+    fn remove(&mut self, i: usize) {
+        let [before, next] = std::mem::take(&mut self.links[i]);
+        if let Some(before) = before {
+            self.links[before][1] = next;
+        }
+        if let Some(next) = next {
+            self.links[next][0] = before;
+        }
+        self.len -= 1;
+    }
+
+    /// What a corner lacks of the room for its arc; `None` if that has room.
+    fn lack(&self, corner: usize, tightest: f64) -> Option<Lack> {
+        let [a, b, c] = self.around(corner)?;
+        let is_end = |at: Option<usize>| at.is_some_and(|at| self.around(at).is_none());
+        let [before, next] = self.links[corner];
+        let metres = tangent(a, b, c, tightest) - room([a, b, c], [is_end(before), is_end(next)]);
+        (metres > 0.0).then_some(Lack { metres, corner })
+    }
+
+    fn into_points(self) -> Vec<Point> {
+        // The first point is never taken out.
+        let row = successors((self.len > 0).then_some(0), |&i| self.next(i));
+        row.map(|i| self.points[i]).collect()
     }
 }
 
-/// How far the arc at corner `i` may reach along its segments, metres.
-fn room(points: &[Point], i: usize) -> f64 {
+/// How much room the arc of a corner lacks; the larger lack is greater, of equal ones that of the later corner.
+#[derive(PartialEq)]
+struct Lack {
+    metres: f64,
+    corner: usize,
+}
+
+impl Eq for Lack {}
+
+impl Ord for Lack {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.metres.total_cmp(&other.metres).then(self.corner.cmp(&other.corner))
+    }
+}
+
+impl PartialOrd for Lack {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// How far the arc at corner `b` may reach along its segments, metres; `ends` says which of them end the line.
+fn room([a, b, c]: [Point; 3], ends: [bool; 2]) -> f64 {
     let share = |at_end: bool| if at_end { 1.0 } else { SHARE };
-    let before = (points[i] - points[i - 1]).norm() * share(i == 1);
-    let after = (points[i + 1] - points[i]).norm() * share(i + 2 == points.len());
+    let before = (b - a).norm() * share(ends[0]);
+    let after = (c - b).norm() * share(ends[1]);
     before.min(after)
 }
 

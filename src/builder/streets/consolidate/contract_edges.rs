@@ -4,9 +4,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::network::road_end::other_end;
 use crate::builder::network::{
-    InnerRoad, Intersection, IntersectionIx, Island, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, MOST_ARMS, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
+use crate::geometry::polygon::convex_hull;
 
 use super::inner_routes::{RestrictionIndex, passages};
 use super::island::{around_corner, encloses_island};
@@ -129,15 +130,17 @@ fn grow(
 
 /// Why these intersections must not become one; `None` if they may.
 fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> Option<MergeReason> {
-    let points: Vec<Point> = members.iter().flat_map(|m| extent(network.intersection(*m))).collect();
-    let too_far = points.iter().any(|a| points.iter().any(|b| (a - b).norm() > options.reach));
-    if too_far {
+    if across(network, members) > options.reach {
         return Some(MergeReason::Reach);
     }
     if collapses_roundabout(network, members) {
         return Some(MergeReason::Roundabout);
     }
     let inner = inner_roads(network, members);
+    let arms: usize = members.iter().map(|m| network.intersection(*m).arms.len()).sum();
+    if arms.saturating_sub(2 * inner.len()) > MOST_ARMS {
+        return Some(MergeReason::Crowded);
+    }
     encloses_island(network, members, &inner, options.island).then_some(MergeReason::Island)
 }
 
@@ -146,6 +149,13 @@ fn extent(intersection: &Intersection) -> Vec<Point> {
     let mut points = vec![intersection.position];
     points.extend(intersection.inner.iter().flat_map(|i| [i.line.first(), i.line.last()]));
     points
+}
+
+/// The largest distance between two places of these intersections, metres.
+fn across(network: &RoadNetwork, members: &[IntersectionIx]) -> f64 {
+    // The two that are farthest apart are corners of the hull.
+    let corners = convex_hull(members.iter().flat_map(|m| extent(network.intersection(*m))));
+    corners.iter().flat_map(|a| corners.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
 }
 
 /// Whether the intersections contain a whole roundabout that vehicles drive around. A ring too short for them is a painted dot
@@ -172,8 +182,7 @@ fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx]) -> bo
 /// Every road between two members, except long ones, which lead around a block.
 fn inner_roads(network: &RoadNetwork, members: &[IntersectionIx]) -> Vec<RoadIx> {
     let held: FxHashSet<IntersectionIx> = members.iter().copied().collect();
-    let points: Vec<Point> = members.iter().flat_map(|m| extent(network.intersection(*m))).collect();
-    let across = points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
+    let across = across(network, members);
     let mut inner: Vec<RoadIx> = members
         .iter()
         .flat_map(|m| &network.intersection(*m).arms)

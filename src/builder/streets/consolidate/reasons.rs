@@ -19,6 +19,7 @@ impl MergeReason {
             Self::Island => "traffic drives around an island inside",
             Self::Reach => "the intersection would reach too far",
             Self::Row => "it divides a long row of intersections without room between them",
+            Self::Crowded => "too many roads would meet at the intersection",
             Self::Enclosed => "another road would be enclosed by the intersection",
             Self::Edge => "it ends at no intersection, or where the data ends",
         }

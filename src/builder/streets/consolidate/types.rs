@@ -73,6 +73,8 @@ pub enum MergeReason {
     Reach,
     /// Kept apart: it divides a long row of intersections without room between them.
     Row,
+    /// Kept apart: too many roads would meet in the merged intersection.
+    Crowded,
     /// Kept apart: an arm would be enclosed by the merged intersection.
     Enclosed,
     /// Kept apart: it ends at the edge of the map or at a dead end.
