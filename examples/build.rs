@@ -9,7 +9,7 @@ fn main() -> Result<(), Error> {
     for note in &map.built.notes {
         println!("{}: {}", note.subject, note.message);
     }
-    map.write(Path::new("out/crossing"))?;
+    map.write(Path::new("out/crossing"), false)?;
     println!("{} lanelets", map.built.summary.lanelets);
     Ok(())
 }
