@@ -64,6 +64,7 @@ pub struct Parameter {
 struct Block {
     id: String,
     title: String,
+    subtitle: Option<String>,
     category: String,
     check: Check,
     why: Option<String>,
@@ -80,9 +81,11 @@ struct Block {
 pub struct Requirement {
     /// `vm-03-08`, or the name of a family of checks that no standard asks for: `load`.
     pub id: String,
-    /// In a few words.
+    /// As the standard's own list has it; of a family of ours, what it is about.
     pub title: String,
-    /// The chapter of the standard.
+    /// What it asks for in plain words, where the title does not tell.
+    pub subtitle: Option<String>,
+    /// The chapter of the standard; `map health: …` for what no standard asks for.
     pub category: String,
     /// How far a program can judge it.
     pub check: Check,
@@ -169,6 +172,7 @@ impl Requirement {
         Ok(Self {
             id: block.id,
             title: block.title,
+            subtitle: block.subtitle,
             category: block.category,
             check: block.check,
             why: block.why,
@@ -179,6 +183,16 @@ impl Requirement {
             prose: prose.trim().to_owned(),
             pictures: Vec::new(),
         })
+    }
+
+    /// Whether it is one of Autoware's requirements; else it is a family of checks that no standard asks for.
+    pub fn is_of_the_standard(&self) -> bool {
+        self.id.starts_with("vm-")
+    }
+
+    /// Title and subtitle in one line.
+    pub fn full_title(&self) -> String {
+        self.subtitle.as_ref().map_or_else(|| self.title.clone(), |subtitle| format!("{}: {subtitle}", self.title))
     }
 
     /// The fault of this slug.

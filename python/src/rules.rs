@@ -35,10 +35,16 @@ impl Rule {
         &self.requirement.id
     }
 
-    /// What it is about, in a few words.
+    /// Its title in the standard's list; of a family of checks that no standard asks for, what it is about.
     #[getter]
     fn title(&self) -> &'static str {
         &self.requirement.title
+    }
+
+    /// What it asks for in plain words, where the title does not tell.
+    #[getter]
+    fn subtitle(&self) -> Option<&'static str> {
+        self.requirement.subtitle.as_deref()
     }
 
     /// The chapter of the standard.

@@ -11,7 +11,7 @@ use crate::diagnostic::Severity;
 use crate::requirement::Requirement;
 
 /// The chapter of what is wrong with the file itself: as long as it does not load as drawn, the rest says little.
-const FILE: &str = "the file";
+const FILE: &str = "map health: the file";
 
 /// Stands for numbers that differ from finding to finding.
 const MANY: &str = "…";

@@ -75,7 +75,7 @@ fn document<'a>(report: &'a Report<'a>, entries: &'a [Entry<'a>]) -> Document<'a
         .collect();
     let rules = report.requirements.iter().map(|one| {
         json!({
-            "id": one.id, "title": one.title, "category": one.category, "check": one.check, "source": one.source,
+            "id": one.id, "title": one.title, "subtitle": one.subtitle, "category": one.category, "check": one.check, "source": one.source,
         })
     });
     Document {

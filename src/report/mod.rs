@@ -18,6 +18,7 @@ pub mod html;
 pub mod json;
 pub mod junit;
 pub mod patch;
+mod prose;
 pub mod sarif;
 mod source;
 pub mod stats;

@@ -80,7 +80,7 @@ fn rule(report: &Report<'_>, entry: &Entry<'_>) -> Value {
     json_without_gaps(json!({
         "id": code,
         "shortDescription": { "text": fault.map_or(code, |fault| &fault.meaning) },
-        "fullDescription": requirement.map(|requirement| json!({ "text": requirement.title })),
+        "fullDescription": requirement.map(|requirement| json!({ "text": requirement.full_title() })),
         "help": { "text": help, "markdown": format!("{help}\n\n{prose}").trim_end() },
         "helpUri": requirement.map(|one| one.source.as_str()).filter(|source| source.starts_with("https://")),
         "defaultConfiguration": { "level": level(severity) },

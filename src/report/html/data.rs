@@ -158,7 +158,9 @@ fn spot(diagnostic: &Diagnostic, map: &LaneletMap) -> Option<Point> {
 pub enum RequirementOutcome {
     /// No warning, no error.
     Passed,
-    /// A warning or an error.
+    /// Warnings, no error.
+    Warned,
+    /// An error.
     Failed,
     /// Not run.
     Skipped,
@@ -171,8 +173,12 @@ pub enum RequirementOutcome {
 pub struct PageRequirement {
     /// `vm-03-08`, `load`.
     pub id: String,
-    /// In a few words.
+    /// The standard's.
     pub title: String,
+    /// What it asks for in plain words.
+    pub subtitle: Option<String>,
+    /// Whether it is one of Autoware's requirements.
+    pub standard: bool,
     /// The chapter.
     pub category: String,
     /// How it came out.
@@ -183,12 +189,19 @@ pub struct PageRequirement {
     pub documented: bool,
 }
 
-/// All requirements in the standard's order, then the families of findings that belong to none.
+/// All requirements in the standard's order, then the families that no standard asks for.
 pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequirement> {
     let diagnostics = report.diagnostics;
-    let broken = diagnostics.iter().filter(|d| d.severity >= Severity::Warning).map(|d| split_code(&d.code).0);
-    let broken: rustc_hash::FxHashSet<&str> = broken.collect();
-    let outcome = |id: &str, otherwise| if broken.contains(id) { RequirementOutcome::Failed } else { otherwise };
+    let mut worst: rustc_hash::FxHashMap<&str, Severity> = rustc_hash::FxHashMap::default();
+    for one in diagnostics {
+        let entry = worst.entry(split_code(&one.code).0).or_insert(one.severity);
+        *entry = one.severity.max(*entry);
+    }
+    let outcome = |id: &str, otherwise| match worst.get(id) {
+        Some(Severity::Error) => RequirementOutcome::Failed,
+        Some(Severity::Warning) => RequirementOutcome::Warned,
+        _ => otherwise,
+    };
     let run = |id: &str| report.requirements.iter().any(|one| one.id == id);
     let mut lines: Vec<PageRequirement> = all
         .iter()
@@ -201,6 +214,8 @@ pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequir
             PageRequirement {
                 id: requirement.id.clone(),
                 title: requirement.title.clone(),
+                subtitle: requirement.subtitle.clone(),
+                standard: requirement.is_of_the_standard(),
                 category: requirement.category.clone(),
                 outcome: outcome(&requirement.id, unbroken),
                 partial: requirement.check == Check::Partial,
@@ -208,6 +223,7 @@ pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequir
             }
         })
         .collect();
+    lines.sort_by_key(|one| !one.standard);
     let mut families: Vec<&str> = diagnostics.iter().map(|d| split_code(&d.code).0).collect();
     families.sort_unstable();
     families.dedup();
@@ -215,7 +231,9 @@ pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequir
     lines.extend(families.into_iter().map(|id| PageRequirement {
         id: id.to_owned(),
         title: title_of(id).to_owned(),
-        category: "beside the standard".to_owned(),
+        subtitle: None,
+        standard: false,
+        category: "map health".to_owned(),
         outcome: outcome(id, RequirementOutcome::Passed),
         partial: false,
         documented: false,

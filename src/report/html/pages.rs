@@ -8,12 +8,13 @@ use crate::requirement::Requirement;
 
 /// One requirement as an `<article>`, hidden until asked for; with its pictures where they are wanted.
 pub fn page(requirement: &Requirement, with_pictures: bool) -> String {
-    let Requirement { id, title, category, check, source, edition, .. } = requirement;
+    let Requirement { id, title, subtitle, category, check, source, edition, .. } = requirement;
     let mut out = format!(
-        "<article class=\"rule-page\" id=\"rule-{0}\" hidden><header><p class=\"rule-id\">{0}</p><h2>{1}</h2>\
-         <p class=\"meta\">{2} · check: {check}</p></header>",
+        "<article class=\"rule-page\" id=\"rule-{0}\" hidden><header><p class=\"rule-id\">{0}</p><h2>{1}</h2>{2}\
+         <p class=\"meta\">{3} · check: {check}</p></header>",
         escape(id),
         escape(title),
+        subtitle.as_ref().map(|subtitle| format!("<p>{}</p>", escape(subtitle))).unwrap_or_default(),
         escape(category),
     );
     if let Some(why) = &requirement.why {

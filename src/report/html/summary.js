@@ -1,7 +1,7 @@
 // How each requirement came out, in the standard's order, and the rule pages.
 
 const OUTCOMES = {
-  failed: ['failed', '✕'], passed: ['passed', '✓'], eyes: ['needs eyes', '◉'], skipped: ['skipped', '–'],
+  failed: ['failed', '✕'], warned: ['with warnings', '!'], passed: ['passed', '✓'], eyes: ['needs eyes', '◉'], skipped: ['skipped', '–'],
 };
 
 function startSummary() {
@@ -14,7 +14,7 @@ function startSummary() {
 function drawSummary() {
   const { requirements, findings } = state.report;
   const pane = byId('pane-requirements');
-  const count = (outcome) => requirements.filter((one) => one.outcome === outcome).length;
+  const count = (outcome) => requirements.filter((one) => one.standard && one.outcome === outcome).length;
   const tally = make('ul', { class: 'tally' }, ...Object.entries(OUTCOMES).map(([outcome, [word]]) => make('li', { class: outcome },
     make('b', {}, String(count(outcome))), word)));
   const counts = new Map();
@@ -31,10 +31,11 @@ function drawSummary() {
     rows.push(requirementRow(requirement, counts.get(requirement.id)));
   }
   pane.replaceChildren(tally, ...rows);
-  drawVerdict(count('failed'));
+  const standard = requirements.filter((one) => one.standard);
+  drawVerdict(standard.filter((one) => one.outcome === 'failed').length, standard.length);
 }
 
-function requirementRow({ id, title, outcome, partial, documented }, counts) {
+function requirementRow({ id, title, subtitle, outcome, partial, documented }, counts) {
   const [word, sign] = OUTCOMES[outcome];
   const numbers = Object.entries(counts ?? {}).filter(([, count]) => count)
     .map(([severity, count]) => make('span', { class: `number ${severity}`, title: plural(count, severity) }, String(count)));
@@ -48,18 +49,18 @@ function requirementRow({ id, title, outcome, partial, documented }, counts) {
     make('div', {},
       make('p', { class: 'requirement-title' }, documented
         ? make('button', { type: 'button', class: 'link plain', title: 'What it requires, why, how to mend', onclick: () => showRule(id) }, title) : title),
+      subtitle ? make('p', { class: 'subtitle' }, subtitle) : null,
       make('p', { class: 'small' }, id, partial ? ' · judged in part' : '', outcome === 'eyes' ? ' · needs eyes' : outcome === 'skipped' ? ' · skipped' : '')),
     numbers.length ? make('button', { type: 'button', class: 'numbers', title: `Show the findings of ${id}`, onclick: filterTo }, ...numbers) : null);
 }
 
-function drawVerdict(failed) {
+function drawVerdict(failed, total) {
   const alive = state.report.findings.filter((finding) => finding.status !== 'gone');
   const words = SEVERITIES.map((word) => [word, alive.filter((finding) => finding.severity === word).length]).filter(([, count]) => count);
   const verdict = byId('verdict');
   verdict.replaceChildren(...(words.length
     ? words.map(([word, count]) => make('span', {}, make('span', { class: `dot ${word}` }), plural(count, word)))
     : [make('span', {}, make('span', { class: 'dot good' }), 'no findings')]));
-  const total = state.report.requirements.length;
   verdict.append(make('span', { class: 'of' }, failed ? `${failed} of ${plural(total, 'requirement')} failed` : 'no requirement failed'));
 }
 
