@@ -169,8 +169,8 @@ fn pairs_of(map: &LaneletMap, who: &'static str) -> Vec<Pair> {
         }
     }
     let mut by_start: FxHashMap<[PointId; 2], Vec<&Vertex>> = FxHashMap::default();
-    let (mut by_left, mut by_right): (FxHashMap<Side, Vec<&Vertex>>, FxHashMap<Side, Vec<&Vertex>>) =
-        Default::default();
+    let mut by_left: FxHashMap<Side, Vec<&Vertex>> = FxHashMap::default();
+    let mut by_right = by_left.clone();
     let side = |bound: Bound| (bound.line, bound.inverted);
     for vertex in &vertices {
         by_start.entry(vertex.start).or_default().push(vertex);

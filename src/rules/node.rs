@@ -11,6 +11,7 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::leading_number;
 use crate::lanelet::{Condition, LoadFault, Point, PointId};
+use crate::projection::LonLat;
 
 use super::load::name;
 
@@ -60,21 +61,7 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
                 found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")),
             )
         }
-        Condition::BadCoordinate { meant } => {
-            let finding = found(
-                "coordinate",
-                format!(
-                    "{about} has no usable latitude and longitude; of what is no number, the digits at its start are read."
-                ),
-            );
-            match (meant, subject) {
-                (Some(place), Subject::Point(point)) => {
-                    let edits = vec![Edit::SetPlace { point, place: *place }];
-                    finding.fixed_by("take latitude and longitude from local_x and local_y", true, edits)
-                }
-                _ => finding,
-            }
-        }
+        Condition::BadCoordinate { meant } => unusable_place(subject, *meant),
         Condition::Unprojectable => {
             found("coordinate", format!("{about} lies out of reach of the map's projection and loads at its origin."))
         }
@@ -113,6 +100,22 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
         }
         _ => return None,
     })
+}
+
+/// A point whose latitude or longitude is no number; `meant` is the place that its local coordinates state.
+fn unusable_place(subject: Subject, meant: Option<LonLat>) -> Finding {
+    let message = format!(
+        "{} has no usable latitude and longitude; of what is no number, the digits at its start are read.",
+        name(subject)
+    );
+    let finding = Finding::new("coordinate", subject, message);
+    match (meant, subject) {
+        (Some(place), Subject::Point(point)) => {
+            let edits = vec![Edit::SetPlace { point, place }];
+            finding.fixed_by("take latitude and longitude from local_x and local_y", true, edits)
+        }
+        _ => finding,
+    }
 }
 
 /// Local coordinates that lie this far (m) from latitude and longitude.
