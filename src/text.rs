@@ -2,7 +2,7 @@
 
 mod nearest;
 
-pub use nearest::nearest;
+pub use nearest::{misspelt, nearest};
 
 /// A short string: keys, values, roles. Up to 24 bytes are stored inline.
 pub type Text = compact_str::CompactString;

@@ -272,6 +272,17 @@ pub enum Condition {
         /// What its members belong to, where it has none and that is plain.
         meant: Option<Text>,
     },
+    /// Relation: a member has a role that nothing reads.
+    UnreadRole {
+        /// `lanelet`, `multipolygon`, or the subtype of the regulatory element.
+        of: Text,
+        /// Kind of the member.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+        /// Its role.
+        role: Text,
+    },
     /// Relation: `type=multipolygon` without one outer ring, or with a line that closes none.
     BrokenArea(RingFault),
     /// The id is used again within its kind. Nodes and ways: the last wins; relations: tags of the first, members of all.
@@ -343,6 +354,8 @@ pub enum Condition {
     },
     /// Map: what is wrong with `map_projector_info.yaml`.
     ProjectorInfo(InfoFault),
+    /// Map: blanks stand before the XML declaration.
+    BlankStart,
     /// Map: no `format_version`.
     NoFormatVersion,
     /// Map: `format_version` is not of the form `1`, `1.0` or `1.0.0`.

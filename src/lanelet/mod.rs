@@ -14,6 +14,7 @@ pub mod lane_change;
 pub mod locate;
 pub mod number;
 mod open;
+pub mod participants;
 pub mod placed;
 mod point;
 mod primitive_layer;
@@ -22,6 +23,7 @@ pub mod referrers;
 pub mod right_of_way;
 pub mod routing_pairs;
 mod to_osm;
+pub mod vocabulary;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use cell_metadata::MAP;
@@ -206,6 +208,17 @@ impl RegulatoryElement {
     }
 }
 
+/// An area: a relation of `type=multipolygon`. Its rings are not kept.
+#[derive(Clone, Debug)]
+pub struct Area {
+    /// Its id.
+    pub id: i64,
+    /// Its tags.
+    pub attributes: Attributes,
+    /// Its position in the file.
+    pub span: Option<SourceSpan>,
+}
+
 /// Primitives that Lanelet2 holds and Autoware cannot use: mostly placeholders for what did not load. They are not in the layers
 /// of the map; only the profile `tier4` looks at them, because the existing validator judges them like all others.
 #[derive(Clone, Debug, Default)]
@@ -247,6 +260,8 @@ pub struct LaneletMap {
     pub lanelets: PrimitiveLayer<Lanelet>,
     /// Regulatory elements by id.
     pub regulatory_elements: PrimitiveLayer<RegulatoryElement>,
+    /// Areas, as a file has them, by ids.
+    pub areas: Vec<Area>,
     /// What did not load.
     pub dummies: Dummies,
 }

@@ -30,7 +30,7 @@ pub fn renamed(view: &View, finding: Finding) -> Finding {
 }
 
 /// The edits that set the new word. If only the old word said that vehicles, and nobody else, drive there, a tag says it now.
-fn renaming(lanelet: &Lanelet, kind: &'static str) -> impl Iterator<Item = Edit> {
+pub(super) fn renaming(lanelet: &Lanelet, kind: &'static str) -> impl Iterator<Item = Edit> {
     let on = Subject::Lanelet(lanelet.id.0);
     let is_said = lanelet.attributes.iter().any(|(key, _)| key.starts_with("participant"));
     let vehicles = Edit::SetTag { on, key: "participant:vehicle".into(), value: "yes".into() };

@@ -11,6 +11,10 @@ use crate::lanelet::{
 
 use super::NoParams;
 use super::lost_members::LostMembers;
+use crate::text::misspelt;
+
+/// What the loader makes something of.
+const RELATION_TYPES: [&str; 3] = ["lanelet", "multipolygon", "regulatory_element"];
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let lost = LostMembers::of(map);
@@ -92,6 +96,11 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             }
         }
         Condition::UnknownRelationType { found: kind, meant } => {
+            if let Some((said, known)) = kind.as_ref().and_then(|kind| Some((kind, misspelt(kind, RELATION_TYPES)?))) {
+                let message = format!("{about} has type {said} and is ignored; did you mean {known}?");
+                let edits = vec![Edit::SetTag { on: subject, key: "type".into(), value: known.into() }];
+                return Some(found("relation-type", message).fixed_by(format!("set type={known}"), false, edits));
+            }
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
             with_inferred_tag(
                 found("relation-type", format!("{about} has {kind} and is ignored.")),

@@ -1,5 +1,6 @@
 //! The table of the standard: number, document, predicate.
 
+mod access;
 mod area_element;
 mod barrier;
 mod centerline_ends;
@@ -24,6 +25,7 @@ mod near_nodes;
 mod node;
 mod obeyed_light;
 mod parallel_bounds;
+mod parts;
 mod routing_moves;
 
 mod crosswalk_element;
@@ -38,6 +40,7 @@ mod right_of_way;
 mod road_borders;
 mod side_lane;
 mod stop_line_crossings;
+mod tag;
 pub mod tier4;
 mod two_way;
 
@@ -151,6 +154,9 @@ table! {
     "projector" => projector,
     "side" => driving_side,
     "phase" => phase,
+    "tag" => tag,
+    "access" => access,
+    "parts" => parts,
     "health" => health,
     "vm-01-01" => vm_01_01,
     "vm-01-02" => vm_01_02,

@@ -19,13 +19,7 @@ pub struct Params {
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-    let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
-    let side = |bound: Bound| (bound.line, bound.inverted);
-    let lefts: FxHashSet<(LineStringId, bool)> = roads().map(|lanelet| side(lanelet.left)).collect();
-    let between: BTreeMap<LineStringId, LaneletId> = roads()
-        .filter(|lanelet| lefts.contains(&side(lanelet.right)))
-        .map(|lanelet| (lanelet.right.line, lanelet.id))
-        .collect();
+    let between = lines_between_lanes(map);
     let beside = map
         .map
         .lanelets
@@ -39,6 +33,15 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     });
     let others = others.into_iter().filter_map(|(line, lanelet)| judge_other(map, line, lanelet));
     between.chain(others).collect()
+}
+
+/// The lines between two road lanelets of one direction, each with the lanelet to its left.
+pub fn lines_between_lanes(map: &MapIndex) -> BTreeMap<LineStringId, LaneletId> {
+    let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
+    let side = |bound: Bound| (bound.line, bound.inverted);
+    let lefts: FxHashSet<(LineStringId, bool)> = roads().map(|lanelet| side(lanelet.left)).collect();
+    let shared = roads().filter(|lanelet| lefts.contains(&side(lanelet.right)));
+    shared.map(|lanelet| (lanelet.right.line, lanelet.id)).collect()
 }
 
 /// Whether a line between lanes of one direction is not painted, and need not say whether it may be crossed.

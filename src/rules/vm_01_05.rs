@@ -11,6 +11,13 @@ use super::NoParams;
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = Vec::new();
     for lanelet in &map.map.lanelets {
+        if lanelet.left.line == lanelet.right.line {
+            let (id, way) = (lanelet.id, lanelet.left.line);
+            let message = format!("Way {way} is both the left and the right bound of lanelet {id}.");
+            let finding = Finding::new("shared-point", Subject::Lanelet(id.0), message);
+            findings.push(finding.with(Subject::LineString(way.0), "left and right"));
+            continue;
+        }
         let left: FxHashSet<PointId> = map.map.bound_points(lanelet.left).map(|point| point.id).collect();
         let mut right = map.map.bound_points(lanelet.right).map(|point| point.id);
         if let Some(common) = right.find(|id| left.contains(id)) {

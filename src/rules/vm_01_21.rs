@@ -25,8 +25,9 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
                 ("follower", next, format!("The {kind} {id} is continued by lanelet {}.", next.id()))
             }
             (_, _, Some(next)) => {
-                let theirs = next.tag("subtype").unwrap_or_default();
-                ("other-kind", next, format!("The {kind} lanelet {id} is continued by {theirs} lanelet {}.", next.id()))
+                let [ours, theirs] = [kind, next.tag("subtype").unwrap_or_default()]
+                    .map(|kind| if kind.is_empty() { "untyped" } else { kind });
+                ("other-kind", next, format!("The {ours} lanelet {id} is continued by {theirs} lanelet {}.", next.id()))
             }
             _ => continue,
         };

@@ -27,7 +27,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
 
 /// The valid word that a wrong one stands for: it differs only in case, blanks or an `s` at the end, or the wrong one is the
 /// usual name of the thing.
-fn meant(said: &str) -> Option<&'static str> {
+pub fn meant(said: &str) -> Option<&'static str> {
     if KINDS.contains(&said) {
         return None;
     }

@@ -29,3 +29,4 @@ mod strangers_maps;
 mod tier4_conformance;
 mod two_way;
 mod unmarked_intersections;
+mod words;

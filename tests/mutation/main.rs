@@ -24,6 +24,7 @@ mod restoring;
 mod roads;
 mod safe_routes;
 mod tags;
+mod words;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -194,6 +195,7 @@ pub fn all_kinds() -> impl Iterator<Item = &'static Kind> {
         control::KINDS,
         health::KINDS,
         tags::KINDS,
+        words::KINDS,
     ];
     families.into_iter().flatten()
 }

@@ -24,7 +24,11 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "vm-01-14/stacked",
         ],
     ),
-    ("of the text, before it is a map", &["load/passed-over"]),
+    ("of the text, before it is a map", &["load/passed-over", "parts/blank-start"]),
+    (
+        "told as a near miss or as a lane without length wherever a sample map can have it",
+        &["parts/same-place", "parts/point-bound"],
+    ),
     ("no sample map has areas as relations, which Autoware uses nowhere", &["load/area"]),
     (
         "of a whole map rather than of a place: its network, its side, its heights",

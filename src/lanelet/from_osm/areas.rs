@@ -1,4 +1,4 @@
-//! Areas: relations of `type=multipolygon`. Autoware uses none, so the map has none; but Autoware does not publish a map with an
+//! Areas: relations of `type=multipolygon`. The map keeps their tags alone; but Autoware does not publish a map with an
 //! area whose ring does not close.
 
 use std::collections::VecDeque;

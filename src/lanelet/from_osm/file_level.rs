@@ -1,7 +1,7 @@
 //! Faults of the file as a whole: its format version, and what the reader skipped.
 
 use super::{Loader, SUPPORTED_FORMAT_VERSION};
-use crate::diagnostic::Subject;
+use crate::diagnostic::{SourceSpan, Subject};
 use crate::lanelet::{Condition, LoadFault};
 use crate::osm::{ElementKind, Oddity, OddityKind};
 
@@ -11,6 +11,14 @@ impl Loader<'_> {
             self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
         }
         let osm = self.osm;
+        for (file, source) in osm.sources.iter().enumerate() {
+            let text = source.text.trim_start_matches('\u{feff}');
+            let start = text.trim_start();
+            if start.len() < text.len() && start.starts_with("<?xml") {
+                let span = SourceSpan { file: file as u32, start: 0, end: (source.text.len() - start.len()) as u64 };
+                self.fault(Subject::Map, &span, Condition::BlankStart);
+            }
+        }
         let passed_over = |o: &&Oddity| matches!(o.kind, OddityKind::BadElement | OddityKind::UnsaidElement);
         for oddity in osm.oddities.iter().filter(passed_over) {
             let subject = match oddity.element {

@@ -7,7 +7,7 @@ use crate::osm::Tags;
 pub(super) enum RelationType {
     Lanelet,
     RegulatoryElement,
-    /// An area; Autoware uses none, so the map keeps none.
+    /// An area.
     Multipolygon,
     Unknown,
 }

@@ -5,8 +5,9 @@ use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
 use crate::lanelet::element_roles::{is_sign, role_limits};
+use crate::lanelet::vocabulary;
 use crate::lanelet::{
-    Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
+    Area, Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
     RegulatoryElement, RegulatoryElementId, Target,
 };
 use crate::osm;
@@ -53,6 +54,8 @@ impl Loader<'_> {
         for relation in &relations {
             if RelationType::of(&relation.tags) == RelationType::Multipolygon && self.area(relation) {
                 self.areas.insert(relation.id);
+                let (attributes, span) = (relation.tags.clone(), Some(relation.span.clone()));
+                self.loaded.map.areas.push(Area { id: relation.id, attributes, span });
             }
         }
         for relation in &relations {
@@ -75,7 +78,20 @@ impl Loader<'_> {
             let meant = infer_type::relation_type(relation).filter(|_| found.is_none());
             self.fault(subject, &relation.span, Condition::UnknownRelationType { found, meant });
         }
+        let of = match RelationType::of(&relation.tags) {
+            RelationType::Lanelet => Some("lanelet"),
+            RelationType::Multipolygon => Some("multipolygon"),
+            RelationType::RegulatoryElement => relation.tags.get("subtype"),
+            RelationType::Unknown => None,
+        };
+        let roles = of.and_then(vocabulary::roles);
         for member in &relation.members {
+            if let (Some(of), Some(roles)) = (of, roles)
+                && !roles.iter().any(|role| *role == member.role)
+            {
+                let (kind, id, role) = (member.kind, member.id, member.role.clone());
+                self.fault(subject, &relation.span, Condition::UnreadRole { of: of.into(), kind, id, role });
+            }
             if !self.osm.contains(member.kind, member.id) {
                 let (kind, id, role) = (member.kind, member.id, Some(member.role.clone()));
                 self.fault(subject, &relation.span, Condition::MissingReference { kind, id, role });

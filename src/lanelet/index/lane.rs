@@ -1,6 +1,7 @@
 //! A lanelet with its geometry in the direction of travel.
 
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon, simple_ring};
+use crate::lanelet::participants::may_enter;
 use crate::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId, RoadType};
 
 /// Step along a lanelet at which headings are compared, metres: short enough for the sharpest turn, long enough that
@@ -228,12 +229,7 @@ pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
 
 /// Whether Autoware's vehicle routing takes it: participants, where any is named, decide alone; else the subtype.
 pub(super) fn drivable_by_vehicle(lanelet: &Lanelet) -> bool {
-    let mut named = lanelet.attributes.iter().filter(|(key, _)| key.starts_with("participant")).peekable();
-    if named.peek().is_some() {
-        let yes = |value: &str| matches!(value, "yes" | "true" | "1");
-        return named.any(|(key, value)| matches!(key, "participant" | "participant:vehicle") && yes(value));
-    }
-    matches!(lanelet.attributes.get("subtype"), None | Some("road" | "highway" | "play_street" | "exit"))
+    may_enter(&lanelet.attributes, "vehicle")
 }
 
 #[cfg(test)]

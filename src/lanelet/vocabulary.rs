@@ -1,0 +1,137 @@
+//! The words that Lanelet2, Autoware and map makers write in tags and roles, and whether a tag is one of them or a slip of the pen.
+
+mod table;
+
+use std::sync::LazyLock;
+
+use rustc_hash::FxHashMap;
+
+use super::Attributes;
+use crate::text::misspelt;
+pub use table::{Form, Key, On, Roles, Slip, Source, Types, Words};
+
+/// The table, made ready to look things up.
+struct Index {
+    words: Words,
+    /// The keys with `…`, `LAMP` written out, and where each stands in the table.
+    keys: Vec<(String, usize)>,
+    by_name: FxHashMap<String, usize>,
+}
+
+static INDEX: LazyLock<Option<Index>> = LazyLock::new(|| {
+    let words = Words::parse().ok()?;
+    let keys: Vec<(String, usize)> = words
+        .key
+        .iter()
+        .enumerate()
+        .flat_map(|(at, key)| words.written_out(key).into_iter().map(move |name| (name, at)))
+        .collect();
+    let by_name = keys.iter().cloned().collect();
+    Some(Index { words, keys, by_name })
+});
+
+/// The table; `None` if it was spoilt before compiling, which a test prevents.
+pub fn words() -> Option<&'static Words> {
+    INDEX.as_ref().map(|index| &index.words)
+}
+
+/// What is wrong with one tag of a primitive; `None` where it is known, or foreign.
+pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
+    let index = INDEX.as_ref()?;
+    let known = match index.by_name.get(key) {
+        Some(&at) => index.words.key.get(at)?,
+        None if is_number(key) => index.words.key.iter().find(|one| one.name == "ID")?,
+        None => return index.key(on, key).map(Slip::Key),
+    };
+    if value.is_empty() {
+        return None;
+    }
+    match known.name.as_str() {
+        "type" => index.words.kind(on, value).map(Slip::Value),
+        "subtype" => index.words.subtype(on, tags.get("type"), value).map(Slip::Value),
+        _ => known.value(value),
+    }
+}
+
+impl Index {
+    /// The key that was meant by one that nothing knows.
+    fn key(&'static self, on: On, said: &str) -> Option<&'static str> {
+        if self.words.foreign.keys.iter().any(|foreign| foreign == said) {
+            return None;
+        }
+        let here = self.keys.iter().filter(|(_, at)| self.words.key.get(*at).is_some_and(|key| key.on.contains(&on)));
+        misspelt(said, here.map(|(name, _)| name.as_str()))
+    }
+}
+
+fn is_number(key: &str) -> bool {
+    key.parse::<i64>().is_ok()
+}
+
+/// The roles that members may have: of `lanelet`, `multipolygon`, or of a regulatory element by its subtype. `None` where the
+/// table does not know it.
+pub fn roles(of: &str) -> Option<&'static [String]> {
+    words()?.roles.iter().find(|roles| roles.of == of).map(|roles| roles.words.as_slice())
+}
+
+/// The subtypes that a lanelet may have.
+pub fn lanelet_subtypes() -> impl Iterator<Item = &'static str> {
+    words()
+        .into_iter()
+        .flat_map(|words| words.lists(On::Lanelet))
+        .flat_map(|list| list.subtypes.iter().flatten())
+        .map(String::as_str)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanelet::known_subtypes;
+
+    fn slip_of(on: On, tags: &[(&'static str, &str)], key: &str) -> Option<Slip> {
+        let tags: Attributes = tags.iter().copied().collect();
+        slip(on, &tags, key, tags.get(key).unwrap())
+    }
+
+    #[test]
+    fn the_table_is_read_and_knows_every_source_and_element() {
+        let words = Words::parse().unwrap();
+        for source in words.named_sources() {
+            assert!(words.sources.contains_key(source), "{source}");
+        }
+        for subtype in known_subtypes().filter(|subtype| *subtype != "regulatory_element") {
+            assert!(roles(subtype).is_some(), "{subtype} has no roles");
+            for limit in crate::lanelet::role_limits(subtype).unwrap() {
+                assert!(roles(subtype).unwrap().iter().any(|role| role == limit.role), "{subtype} {}", limit.role);
+            }
+        }
+    }
+
+    #[test]
+    fn slips_are_told_and_known_and_foreign_words_are_not() {
+        let line = |kind: &'static str| slip_of(On::LineString, &[("type", kind)], "type");
+        assert_eq!(line("road_boarder"), Some(Slip::Value("road_border")));
+        for known in ["line_thin", "zig-zag", "intersection_area", "invented", ""] {
+            assert_eq!(line(known), None, "{known}");
+        }
+        let sub = |kind: &'static str, subtype: &'static str| {
+            slip_of(On::LineString, &[("type", kind), ("subtype", subtype)], "subtype")
+        };
+        assert_eq!(sub("line_thin", "sold"), Some(Slip::Value("solid")));
+        assert_eq!(sub("lin_thin", "soild"), Some(Slip::Value("solid")));
+        assert_eq!(sub("curbstone", "hihg"), Some(Slip::Value("high")));
+        assert_eq!(sub("traffic_sign", "de206"), None);
+        assert_eq!(sub("traffic_sign", "stop_sgin"), Some(Slip::Value("stop_sign")));
+        let lanelet = |key: &'static str, value: &'static str| slip_of(On::Lanelet, &[(key, value)], key);
+        assert_eq!(lanelet("turn_directon", "left"), Some(Slip::Key("turn_direction")));
+        assert_eq!(lanelet("participant_vehicle", "yes"), Some(Slip::Key("participant:vehicle")));
+        assert_eq!(lanelet("subtype", "Road"), Some(Slip::Value("road")));
+        assert_eq!(lanelet("one_way", "ture"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));
+        assert_eq!(lanelet("one_way", "1"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));
+        assert_eq!(lanelet("301599", "turn_signal_right"), None);
+        assert_eq!(lanelet("301599", "turn_singal_right"), Some(Slip::Value("turn_signal_right")));
+        for foreign in ["oneway", "highway", "junction_id", "2237", "anything"] {
+            assert_eq!(lanelet(foreign, "yes"), None, "{foreign}");
+        }
+    }
+}

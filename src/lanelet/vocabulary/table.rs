@@ -1,0 +1,274 @@
+//! The table of words, as `words.toml` has it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::lanelet::number::number;
+use crate::text::misspelt;
+
+/// The kinds of primitive that have tags.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum On {
+    /// A node.
+    Point,
+    /// A way without `area=yes`.
+    LineString,
+    /// A way with `area=yes`.
+    Polygon,
+    /// A relation of `type=lanelet`.
+    Lanelet,
+    /// A relation of `type=regulatory_element`.
+    Element,
+    /// A relation of `type=multipolygon`.
+    Area,
+}
+
+/// What a value must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// `yes` or `no`; `true` and `false` are read alike.
+    YesNo,
+    /// A number.
+    Number,
+    /// An integer.
+    Id,
+    /// Integers with commas between them.
+    Ids,
+    /// A speed: what Lanelet2 makes of it is another rule's business.
+    Speed,
+}
+
+impl Form {
+    /// What it demands, to stand behind "is no" and "must be a".
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::YesNo => "yes or no",
+            Self::Number => "number",
+            Self::Id => "id",
+            Self::Ids => "list of ids",
+            Self::Speed => "speed",
+        }
+    }
+
+    /// What is wrong with a value, and what was meant where that is plain.
+    fn fault(self, value: &str) -> Option<Option<String>> {
+        let is_id = |text: &str| text.trim().parse::<i64>().is_ok();
+        match self {
+            Self::YesNo => match value {
+                "yes" | "no" | "true" | "false" => None,
+                "1" => Some(Some("yes".to_owned())),
+                "0" => Some(Some("no".to_owned())),
+                _ => Some(misspelt(value, ["yes", "no", "true", "false"]).map(|word| match word {
+                    "true" | "yes" => "yes".to_owned(),
+                    _ => "no".to_owned(),
+                })),
+            },
+            Self::Number if number(value).is_some() => None,
+            Self::Number => Some(Some(value.replace(',', ".")).filter(|point| number(point).is_some())),
+            Self::Id => (!is_id(value)).then_some(None),
+            Self::Ids => (!value.split(',').all(is_id)).then_some(None),
+            Self::Speed => None,
+        }
+    }
+}
+
+/// What is wrong with a tag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Slip {
+    /// Nothing reads the key, and it is nearly this one.
+    Key(&'static str),
+    /// Nothing reads the value, and it is nearly this one.
+    Value(&'static str),
+    /// The value is not of the form that the key needs; what was meant, where that is plain.
+    Form(Form, Option<String>),
+    /// The value is none of the words that the key has.
+    Word(&'static [String], Option<&'static str>),
+}
+
+/// Where words stand.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Name and edition.
+    pub title: String,
+    /// Where to read it.
+    pub url: String,
+}
+
+/// A key, or several that differ in a participant or a lamp.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// With `…` for a participant, `LAMP` for a lamp, `ID` for any number.
+    pub name: String,
+    /// The primitives that have it.
+    pub on: Vec<On>,
+    /// What its value must be.
+    pub form: Option<Form>,
+    /// Words that somebody reads.
+    #[serde(default)]
+    pub values: Vec<String>,
+    /// Whether these are all.
+    #[serde(default)]
+    pub closed: bool,
+    /// What it says.
+    pub meaning: String,
+    /// Where it stands.
+    pub source: String,
+}
+
+impl Key {
+    /// What is wrong with its value.
+    pub(super) fn value(&'static self, value: &str) -> Option<Slip> {
+        if let Some(form) = self.form {
+            return Some(Slip::Form(form, form.fault(value)?));
+        }
+        if self.values.is_empty() || self.values.iter().any(|known| known == value) {
+            return None;
+        }
+        let meant = misspelt(value, self.values.iter().map(String::as_str));
+        match self.closed {
+            true => Some(Slip::Word(&self.values, meant)),
+            false => meant.map(Slip::Value),
+        }
+    }
+}
+
+/// Words with their source.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct List {
+    /// Where they stand.
+    pub source: String,
+    /// The words.
+    pub words: Vec<String>,
+}
+
+/// Values of `type`, and of `subtype` beside them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Types {
+    /// The primitives that have them.
+    pub on: Vec<On>,
+    /// Where they stand.
+    pub source: String,
+    /// Values of `type`.
+    pub names: Vec<String>,
+    /// Values of `subtype`; where they are missing, those of paint.
+    pub subtypes: Option<Vec<String>>,
+}
+
+/// Roles of members.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Roles {
+    /// `lanelet`, `multipolygon`, or the subtype of a regulatory element.
+    pub of: String,
+    /// Where they stand.
+    pub source: String,
+    /// The roles.
+    pub words: Vec<String>,
+}
+
+/// Keys of others.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Foreign {
+    /// Nothing is said of them.
+    pub keys: Vec<String>,
+}
+
+/// The whole table.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Words {
+    /// By the name that the words give.
+    pub sources: BTreeMap<String, Source>,
+    /// Whom `participant:…` names.
+    pub participants: List,
+    /// What `signal_color_relation:…` names.
+    pub lamps: List,
+    /// Keys.
+    pub key: Vec<Key>,
+    /// Subtypes of painted lines.
+    pub paint: List,
+    /// Types and subtypes.
+    #[serde(rename = "type")]
+    pub types: Vec<Types>,
+    /// Roles.
+    pub roles: Vec<Roles>,
+    /// Keys of others.
+    pub foreign: Foreign,
+}
+
+impl Words {
+    /// Reads the table that is compiled in.
+    pub(super) fn parse() -> Result<Self, toml::de::Error> {
+        toml::from_str(include_str!("words.toml"))
+    }
+
+    /// The sources that words name.
+    #[cfg(test)]
+    pub(super) fn named_sources(&self) -> impl Iterator<Item = &str> {
+        let keys = self.key.iter().map(|key| &key.source);
+        let types = self.types.iter().map(|list| &list.source);
+        let roles = self.roles.iter().map(|roles| &roles.source);
+        let lists = [&self.participants, &self.lamps, &self.paint].into_iter().map(|list| &list.source);
+        keys.chain(types).chain(roles).chain(lists).map(String::as_str)
+    }
+
+    /// The names that a key of the table stands for; none for that of numbers.
+    pub fn written_out(&self, key: &Key) -> Vec<String> {
+        if key.name == "ID" {
+            return Vec::new();
+        }
+        let mut names = vec![key.name.clone()];
+        for (sign, list) in [("…", &self.participants), ("LAMP", &self.lamps)] {
+            while names.iter().any(|name| name.contains(sign)) {
+                let each =
+                    |name: &String| list.words.iter().map(|word| name.replacen(sign, word, 1)).collect::<Vec<_>>();
+                names = names.iter().flat_map(each).collect();
+            }
+        }
+        names
+    }
+
+    /// The types of a kind of primitive.
+    pub fn lists(&self, on: On) -> impl Iterator<Item = &Types> {
+        self.types.iter().filter(move |list| list.on.contains(&on))
+    }
+
+    /// The `type` that was meant. What a relation is, is decided before anybody asks.
+    pub(super) fn kind(&'static self, on: On, value: &str) -> Option<&'static str> {
+        let knows = |list: &Types| list.names.iter().any(|name| name == value);
+        if matches!(on, On::Lanelet | On::Element | On::Area) || self.types.iter().any(knows) {
+            return None;
+        }
+        misspelt(value, self.lists(on).flat_map(|list| &list.names).map(String::as_str))
+    }
+
+    /// The `subtype` that was meant.
+    pub(super) fn subtype(&'static self, on: On, kind: Option<&str>, value: &str) -> Option<&'static str> {
+        // Signs have the numbers of their country.
+        let is_number = kind == Some("traffic_sign") && value.contains(|letter: char| letter.is_ascii_digit());
+        if matches!(on, On::Point | On::Element) || is_number {
+            return None;
+        }
+        let kind = kind.map(|kind| self.kind(on, kind).unwrap_or(kind));
+        let of = |list: &&Types| {
+            matches!(on, On::Lanelet | On::Area) || list.names.iter().any(|name| Some(name.as_str()) == kind)
+        };
+        let here: Vec<&Types> = self.lists(on).filter(of).collect();
+        let paint = here.is_empty() || here.iter().any(|list| list.subtypes.is_none());
+        let paint = self.paint.words.iter().filter(|_| paint && matches!(on, On::LineString));
+        let words =
+            || here.iter().flat_map(|list| list.subtypes.iter().flatten()).chain(paint.clone()).map(String::as_str);
+        match words().any(|word| word == value) {
+            true => None,
+            false => misspelt(value, words()),
+        }
+    }
+}

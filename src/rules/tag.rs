@@ -1,0 +1,197 @@
+//! tag: keys, values and roles that are slips of the pen.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+
+use crate::diagnostic::{Edit, Finding, Severity, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::vocabulary::{Form, On, Slip, roles, slip};
+use crate::lanelet::{Attributes, Condition, ElementKind, LineStringId, PointId};
+use crate::parallel::Finely;
+use crate::text::{SourceSpan, Text, counted, misspelt};
+
+use super::NoParams;
+use super::load::name;
+use super::vm_01_02::lines_between_lanes;
+use super::vm_07_02;
+
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let mut findings = tags(map);
+    findings.extend(misspelt_roles(map));
+    findings.extend(unread_roles(map));
+    findings
+}
+
+/// A primitive with its tags.
+struct Tagged<'m> {
+    on: On,
+    subject: Subject,
+    tags: &'m Attributes,
+    span: Option<&'m SourceSpan>,
+}
+
+fn tags(map: &MapIndex) -> Vec<Finding> {
+    let (between, bulbs) = (lines_between_lanes(map), bulbs(map));
+    let all = map.map;
+    let points = all.points.as_slice().par_iter().finely();
+    let points =
+        points.map(|it| Tagged { on: On::Point, subject: Subject::Point(it.id.0), tags: it.attributes(), span: None });
+    let lines = all.linestrings.as_slice().par_iter().finely().map(|it| Tagged {
+        on: On::LineString,
+        subject: Subject::LineString(it.id.0),
+        tags: &it.attributes,
+        span: None,
+    });
+    let polygons = all.polygons.as_slice().par_iter().finely().map(|it| Tagged {
+        on: On::Polygon,
+        subject: Subject::Polygon(it.id.0),
+        tags: &it.attributes,
+        span: None,
+    });
+    let lanelets = all.lanelets.as_slice().par_iter().finely().map(|it| Tagged {
+        on: On::Lanelet,
+        subject: Subject::Lanelet(it.id.0),
+        tags: &it.attributes,
+        span: None,
+    });
+    let elements = all.regulatory_elements.as_slice().par_iter().finely().map(|it| Tagged {
+        on: On::Element,
+        subject: Subject::RegulatoryElement(it.id.0),
+        tags: &it.attributes,
+        span: None,
+    });
+    let areas = all.areas.par_iter().map(|it| Tagged {
+        on: On::Area,
+        subject: Subject::Relation(it.id),
+        tags: &it.attributes,
+        span: it.span.as_ref(),
+    });
+    let primitives = points.chain(lines).chain(polygons).chain(lanelets).chain(elements).chain(areas);
+    // Of these, other rules judge more.
+    let known = |subject: Subject| match subject {
+        Subject::LineString(id) => between.contains_key(&LineStringId(id)),
+        Subject::Point(id) => bulbs.contains(&PointId(id)),
+        _ => false,
+    };
+    primitives
+        .flat_map_iter(|it| {
+            let is_known = known(it.subject);
+            let slips = it.tags.iter().filter_map(|(key, value)| tag(&it, is_known, key, value));
+            slips.collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// What is wrong with one tag.
+fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
+    let slip = slip(it.on, it.tags, key, value)?;
+    let about = it.subject;
+    let set = |value: &str| Edit::SetTag { on: about, key: key.into(), value: value.into() };
+    if let Slip::Key(meant) = slip {
+        let message = format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about));
+        let finding = Finding::new("key", about, message).standing_at(it.span.cloned());
+        if it.tags.has(meant) {
+            return Some(finding);
+        }
+        let renamed = Edit::SetTag { on: about, key: meant.into(), value: value.into() };
+        let edits = vec![Edit::RemoveTag { on: about, key: key.into() }, renamed];
+        return Some(finding.fixed_by(format!("name the key {meant}"), false, edits));
+    }
+    if is_judged_elsewhere(it, is_known, key, value) {
+        return None;
+    }
+    let (what, meant) = match slip {
+        Slip::Key(_) => return None,
+        Slip::Value(meant) => ("is nothing that Lanelet2 or Autoware knows".to_owned(), Some(meant.to_owned())),
+        Slip::Form(Form::YesNo, meant) => ("is neither yes nor no".to_owned(), meant),
+        Slip::Form(form, meant) => (format!("is no {}", form.as_str()), meant),
+        Slip::Word(words, meant) => (format!("is none of {}", words.join(", ")), meant.map(str::to_owned)),
+    };
+    let said = format!("{key}={value} of {about} {what}");
+    Some(match meant {
+        Some(meant) => {
+            let finding = Finding::new("value", about, format!("{said}; did you mean {meant}?"));
+            finding.standing_at(it.span.cloned()).fixed_by(format!("set {key}={meant}"), false, vec![set(&meant)])
+        }
+        None => Finding::new("value", about, format!("{said}.")).standing_at(it.span.cloned()),
+    })
+}
+
+/// The points of light bulbs.
+fn bulbs(map: &MapIndex) -> FxHashSet<PointId> {
+    let lines = map.map.regulatory_elements.iter().flat_map(|element| element.linestrings("light_bulbs"));
+    lines.filter_map(|line| map.map.linestrings.get(line)).flat_map(|line| line.points.iter().copied()).collect()
+}
+
+/// Whether another rule judges the value of the key. It does so for bulbs, and for lines between two lanes of one direction.
+fn is_judged_elsewhere(it: &Tagged, is_known: bool, key: &str, value: &str) -> bool {
+    match (it.on, key) {
+        // vm-04-03; vm-01-02.
+        (On::Point, "color" | "arrow") | (On::LineString, "lane_change") => is_known,
+        // vm-03-02, vm-03-01.
+        (On::Lanelet, "turn_direction" | "turn_signal_distance" | "intersection_area") => true,
+        // vm-05-03, vm-07-02.
+        (On::Lanelet, "safety_slow_down_speed" | "safety_slow_down_distance") => true,
+        (On::LineString, "type") => vm_07_02::meant(value).is_some(),
+        // vm-01-01.
+        (On::Lanelet, "one_way" | "location") => it.tags.is("subtype", "road"),
+        // vm-04-02.
+        (On::LineString, "height") => it.tags.is("type", "traffic_light"),
+        _ => false,
+    }
+}
+
+/// Members with a role that nothing reads: of what, the subject, the member, the role.
+fn unread<'m>(
+    map: &'m MapIndex,
+) -> impl Iterator<Item = (&'m Text, Subject, Option<&'m SourceSpan>, Subject, &'m Text)> {
+    map.faults.iter().filter_map(|fault| match &fault.condition {
+        Condition::UnreadRole { of, kind, id, role } => {
+            let member = match kind {
+                ElementKind::Node => Subject::Node(*id),
+                ElementKind::Way => Subject::Way(*id),
+                ElementKind::Relation => Subject::Relation(*id),
+            };
+            Some((of, fault.subject, fault.span.as_ref(), member, role))
+        }
+        _ => None,
+    })
+}
+
+fn meant(of: &str, role: &str) -> Option<&'static str> {
+    misspelt(role, roles(of)?.iter().map(String::as_str))
+}
+
+fn misspelt_roles(map: &MapIndex) -> Vec<Finding> {
+    let slips = unread(map).filter_map(|(of, on, span, member, role)| {
+        let meant = meant(of, role)?;
+        let message = format!("{} has {member} as {role}, which nothing reads; did you mean {meant}?", name(on));
+        let edits = vec![Edit::SetRole { on, member, from: role.clone(), to: meant.into() }];
+        let finding = Finding::new("role", on, message).standing_at(span.cloned());
+        Some(finding.fixed_by(format!("give {member} the role {meant}"), false, edits))
+    });
+    slips.collect()
+}
+
+/// Roles that are like none that is read: one finding for each, since whoever wrote them wrote them everywhere.
+fn unread_roles(map: &MapIndex) -> Vec<Finding> {
+    let mut all: BTreeMap<(&Text, &Text), (usize, Subject, Option<&SourceSpan>)> = BTreeMap::new();
+    for (of, on, span, _, role) in unread(map).filter(|(of, _, _, _, role)| meant(of, role).is_none()) {
+        all.entry((of, role)).or_insert((0, on, span)).0 += 1;
+    }
+    let findings = all.into_iter().map(|((of, role), (count, first, span))| {
+        let role = if role.is_empty() { "no role".to_owned() } else { format!("the role {role}") };
+        let have = if count == 1 { "has" } else { "have" };
+        let of = match of.as_str() {
+            "lanelet" => "lanelets".to_owned(),
+            "multipolygon" => "areas".to_owned(),
+            subtype => format!("{subtype} elements"),
+        };
+        let message =
+            format!("{} of {of} {have} {role}, which nothing reads; {first} is the first.", counted(count, "member"));
+        Finding::new("role", first, message).standing_at(span.cloned()).graded(Severity::Info)
+    });
+    findings.collect()
+}
