@@ -48,7 +48,8 @@ fn explain_fault(all: &[&Requirement], said: &str, slug: &str) -> Result<u8, Fai
         }
         several => {
             let codes: Vec<String> = several.iter().map(|one| format!("{}/{slug}", one.id)).collect();
-            Err(Failure::new(format!("`{slug}` is a fault of several rules")).help(format!("give one of {}", codes.join(", "))))
+            Err(Failure::new(format!("`{slug}` is a fault of several rules"))
+                .help(format!("give one of {}", codes.join(", "))))
         }
     }
 }
@@ -70,7 +71,9 @@ fn normal(said: &str) -> String {
     let said = said.trim().to_lowercase();
     let (id, slug) = said.split_once('/').map_or((said.as_str(), None), |(id, slug)| (id, Some(slug)));
     let id = match id.split(['-', '_', '.']).collect::<Vec<_>>().as_slice() {
-        ["vm", chapter, number] if [chapter, number].iter().all(|part| part.bytes().all(|byte| byte.is_ascii_digit())) => {
+        ["vm", chapter, number]
+            if [chapter, number].iter().all(|part| part.bytes().all(|byte| byte.is_ascii_digit())) =>
+        {
             format!("vm-{chapter:0>2}-{number:0>2}")
         }
         _ => id.to_owned(),

@@ -44,7 +44,10 @@ pub fn explain(requirement: &Requirement, slug: Option<&str>, width: usize) -> S
 
 /// The text, wrapped and four columns in.
 fn indented(text: &str, width: usize) -> String {
-    textwrap::fill(text, textwrap::Options::new(width).initial_indent("    ").subsequent_indent("    ").break_words(false))
+    textwrap::fill(
+        text,
+        textwrap::Options::new(width).initial_indent("    ").subsequent_indent("    ").break_words(false),
+    )
 }
 
 const HEAD: &str = "| rule | title | judged | what is reported |\n|---|---|---|---|\n";
@@ -70,7 +73,8 @@ pub fn rule_index<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -
     let (standard, ours): (Vec<&Requirement>, Vec<&Requirement>) =
         requirements.into_iter().partition(|one| one.is_of_the_standard());
     rows(&mut text, &standard);
-    text += "\n## Map health\n\nWhat no standard asks for, and what loaders and planners stumble over all the same.\n\n";
+    text +=
+        "\n## Map health\n\nWhat no standard asks for, and what loaders and planners stumble over all the same.\n\n";
     text += HEAD;
     rows(&mut text, &ours);
     text += "\n`partial` means that a program can judge only a part; the document says which, and why. The severity is the usual one;\n\

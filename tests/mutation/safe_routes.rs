@@ -19,7 +19,7 @@ fn no_safe_fix_of_a_broken_map_changes_a_route() {
     let step = if soak() { 1 } else { STEP };
     let mut files: Vec<PathBuf> = Vec::new();
     for (at, kind) in all_kinds().enumerate().step_by(step) {
-        for (_, seed, draft, _) in broken(&bases, at, kind).into_iter().take(if soak() { 4 } else { 1 }) {
+        for (_, seed, draft, _) in broken(&bases, at, kind).take(if soak() { 4 } else { 1 }) {
             let file = dir.path().join(format!("{} {seed}.osm", kind.name.replace(['/', '\''], "")));
             std::fs::write(&file, draft.text()).unwrap();
             files.push(file);
