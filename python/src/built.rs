@@ -103,7 +103,7 @@ pub fn build(
             api::spare(directory, force)?;
         }
         let mut merges: Vec<String> = Vec::new();
-        let map = if api::holds_opendrive(&input) {
+        let map = if input.is_opendrive() {
             api::BuiltMap::of_opendrive(input, &options, &|_| ())?
         } else {
             api::BuiltMap::uncontested(&options, |options| {

@@ -43,7 +43,6 @@ pub(crate) use fixed::{mended, undivided};
 pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
-pub use opendrive::holds_opendrive;
 pub use own_output::spare;
 pub use tile::TileBuilder;
 pub use tiles::{TileOptions, Tiled, build_tiles};
@@ -119,7 +118,7 @@ pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// Where the input or settings cannot be read, or have no road that a map could be built from.
 pub fn build(input: impl Into<Input>, options: &LayoutOptions) -> Result<BuiltMap, Error> {
     let input = input.into();
-    if opendrive::holds_opendrive(&input) {
+    if input.is_opendrive() {
         return BuiltMap::of_opendrive(input, options, &|_| ());
     }
     BuiltMap::uncontested(options, |options| geometry(input.clone(), options))

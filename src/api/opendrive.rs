@@ -16,16 +16,18 @@ use super::{InMemory, Input};
 /// Bytes of a file by which its format is told.
 const HEAD: u64 = 1 << 16;
 
-/// Whether an input is OpenDRIVE, by its first bytes. One that cannot be read is none: reading it tells why.
-pub fn holds_opendrive(input: &Input) -> bool {
-    match input {
-        Input::Bytes(InMemory { bytes, .. }) => is_opendrive(bytes),
-        Input::Path(path) => {
-            let mut head = Vec::new();
-            // Pipes can be read only once.
-            let file = File::open(path).ok().filter(|file| file.metadata().is_ok_and(|about| about.is_file()));
-            let read = file.is_some_and(|file| file.take(HEAD).read_to_end(&mut head).is_ok());
-            read && is_opendrive(&head)
+impl Input {
+    /// Whether it is OpenDRIVE, by its first bytes. One that cannot be read is none: reading it tells why.
+    pub fn is_opendrive(&self) -> bool {
+        match self {
+            Self::Bytes(InMemory { bytes, .. }) => is_opendrive(bytes),
+            Self::Path(path) => {
+                let mut head = Vec::new();
+                // Pipes can be read only once.
+                let file = File::open(path).ok().filter(|file| file.metadata().is_ok_and(|about| about.is_file()));
+                let read = file.is_some_and(|file| file.take(HEAD).read_to_end(&mut head).is_ok());
+                read && is_opendrive(&head)
+            }
         }
     }
 }

@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::api::{
-    BuiltMap, Input, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, holds_opendrive, spare,
-};
+use crate::api::{BuiltMap, Input, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, spare};
 use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
@@ -59,7 +57,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     options.configuration.profile = args.profile.map(Into::into);
     options.origin = args.origin.map(|(lat, lon)| [lat, lon]);
     let input = Input::from(args.input.as_path());
-    if holds_opendrive(&input) {
+    if input.is_opendrive() {
         return run_opendrive(args, input, &options, progress);
     }
     if let Some(size) = args.tiles {

@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::error_counts::ErrorCounts;
 use super::nearby::{around, changed, connected};
-use super::routes::{self, Change, Route};
+use super::route::{self, Change, Route};
 use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::osm::{ElementKind, Node, OsmData};
@@ -161,7 +161,7 @@ impl<J: Judge> Bench<J> {
     pub fn changed_routes(&self, old: &OsmData, new: &OsmData, fresh: &FxHashMap<Key, i64>) -> Vec<Change> {
         let near = connected([old, new], &changed(old, new));
         let [before, after] = [old, new].map(|osm| self.judge.routes(&osm.part(&near)));
-        routes::changes(before, after, fresh)
+        route::changes(before, after, fresh)
     }
 
     /// The findings in a map that differs from a known one near some elements alone; `None` where that is most of the map.

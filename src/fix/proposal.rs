@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::routes::Change;
+use super::route::Change;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 use crate::osm::OsmData;

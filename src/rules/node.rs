@@ -11,7 +11,6 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::leading_number;
 use crate::lanelet::{Condition, LoadFault, Point, PointId};
-use crate::projection::LonLat;
 
 use super::load::name;
 
@@ -61,7 +60,14 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
                 found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")),
             )
         }
-        Condition::BadCoordinate { meant } => unusable_place(subject, *meant),
+        Condition::BadCoordinate { meant } => match (meant, subject) {
+            (Some(place), Subject::Point(point)) => unusable_place(subject).fixed_by(
+                "take latitude and longitude from local_x and local_y",
+                true,
+                vec![Edit::SetPlace { point, place: *place }],
+            ),
+            _ => unusable_place(subject),
+        },
         Condition::Unprojectable => {
             found("coordinate", format!("{about} lies out of reach of the map's projection and loads at its origin."))
         }
@@ -102,20 +108,13 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
     })
 }
 
-/// A point whose latitude or longitude is no number; `meant` is the place that its local coordinates state.
-fn unusable_place(subject: Subject, meant: Option<LonLat>) -> Finding {
+/// A point whose latitude or longitude is no number.
+fn unusable_place(subject: Subject) -> Finding {
     let message = format!(
         "{} has no usable latitude and longitude; of what is no number, the digits at its start are read.",
         name(subject)
     );
-    let finding = Finding::new("coordinate", subject, message);
-    match (meant, subject) {
-        (Some(place), Subject::Point(point)) => {
-            let edits = vec![Edit::SetPlace { point, place }];
-            finding.fixed_by("take latitude and longitude from local_x and local_y", true, edits)
-        }
-        _ => finding,
-    }
+    Finding::new("coordinate", subject, message)
 }
 
 /// Local coordinates that lie this far (m) from latitude and longitude.

@@ -8,6 +8,7 @@ mod error;
 mod furniture;
 mod georeference;
 mod junction;
+mod placing;
 mod plan_view;
 mod read;
 mod road;

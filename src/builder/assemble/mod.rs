@@ -5,6 +5,7 @@ mod intersection;
 pub mod intersection_settings;
 mod loose_ends;
 mod map_context;
+mod movers;
 pub(crate) mod right_of_way;
 
 use crate::diagnostic::Finding;

@@ -3,7 +3,6 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
-use super::contraflow::leads_against;
 use super::facts::{MAX_LANES, default_lane, tagged_count};
 use super::flow::{Flow, is_for_buses};
 use super::per_lane::PerLane;
@@ -104,6 +103,31 @@ pub(super) fn counted(facts: &WayFacts<'_>, flow: Flow) -> [Option<usize>; 2] {
         (None, None, Some(all)) if flow == Flow::TwoWay && all > 1 => [Some(all.div_ceil(2)), Some(all / 2)],
         (None, None, all) => [all, None],
         (ahead, back, _) => [ahead, back],
+    }
+}
+
+/// The keys of bus lanes on one side of a road.
+pub(super) const SIDES: [&str; 2] = ["busway:left", "busway:right"];
+
+/// Whether the bus lane of this key, on one side of a one-way road, leads against the road.
+pub(super) fn leads_against(facts: &WayFacts<'_>, side: &str, against: Travel) -> bool {
+    let tags = facts.tags;
+    let is_lane = |key: &str| tags.is(key, "lane");
+    if !SIDES.contains(&side) || !is_lane(side) {
+        return false;
+    }
+    let one_way = tags.get_joined([side, ":oneway"]);
+    let backward = against == Travel::Backward;
+    match one_way {
+        Some("-1") => backward,
+        Some("yes" | "1") => !backward,
+        Some("no") => false,
+        // On the far side of a road on which buses drive both ways.
+        _ => {
+            let far_side = (side == "busway:left") == backward;
+            let is_far = far_side == (facts.side == DrivingSide::Right);
+            is_far && is_for_buses(facts, against)
+        }
     }
 }
 

@@ -1,9 +1,8 @@
 //! Lanes against a one-way road: bus lanes in every spelling, and what lists of lanes say.
 
-use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Severity};
 
-use super::bus_lanes::counted_against;
+use super::bus_lanes::{SIDES, counted_against, leads_against};
 use super::facts::{MAX_LANES, tagged_count};
 use super::flow::{Flow, is_for_buses};
 use super::per_lane::PerLane;
@@ -51,29 +50,4 @@ fn has_own_lane(facts: &WayFacts<'_>, against: Travel) -> bool {
     let keys = ["busway", "busway:left", "busway:right", "busway:both", "psv", "bus"];
     let opposite = keys.iter().any(|key| tags.is(key, "opposite_lane"));
     opposite || SIDES.iter().any(|key| leads_against(facts, key, against))
-}
-
-/// The keys of bus lanes on one side of a road.
-const SIDES: [&str; 2] = ["busway:left", "busway:right"];
-
-/// Whether the bus lane of this key, on one side of a one-way road, leads against the road.
-pub(super) fn leads_against(facts: &WayFacts<'_>, side: &str, against: Travel) -> bool {
-    let tags = facts.tags;
-    let is_lane = |key: &str| tags.is(key, "lane");
-    if !SIDES.contains(&side) || !is_lane(side) {
-        return false;
-    }
-    let one_way = tags.get_joined([side, ":oneway"]);
-    let backward = against == Travel::Backward;
-    match one_way {
-        Some("-1") => backward,
-        Some("yes" | "1") => !backward,
-        Some("no") => false,
-        // On the far side of a road on which buses drive both ways.
-        _ => {
-            let far_side = (side == "busway:left") == backward;
-            let is_far = far_side == (facts.side == DrivingSide::Right);
-            is_far && is_for_buses(facts, against)
-        }
-    }
 }
