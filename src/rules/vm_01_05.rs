@@ -11,7 +11,9 @@ use super::NoParams;
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = Vec::new();
     for lanelet in &map.map.lanelets {
-        if lanelet.left.line == lanelet.right.line {
+        // Bounds without a point are told when they are read.
+        let is_drawn = map.map.bound_points(lanelet.left).next().is_some();
+        if lanelet.left.line == lanelet.right.line && is_drawn {
             let (id, way) = (lanelet.id, lanelet.left.line);
             let message = format!("Way {way} is both the left and the right bound of lanelet {id}.");
             let finding = Finding::new("shared-point", Subject::Lanelet(id.0), message);

@@ -33,6 +33,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
     (
         "of a whole map rather than of a place: its network, its side, its heights",
         &[
+            "access/cut-off",
             "health/island",
             "health/dead-end",
             "health/unreachable",

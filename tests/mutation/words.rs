@@ -200,13 +200,8 @@ pub const KINDS: &[Kind] = &[
     }),
     road!("call a road otherwise", &["access/not-road"], "subtype", &["highway", "", "tram_lane", "street"]),
     road!("close a road to all by naming one", &["access/closed"], "participant:vehicle", &["designated", "no"]),
-    kind("shut the only way on", &["access/cut-off"], |_, map, dice| {
-        let id = dice.pick(roads(map))?;
-        map.relation(id).tags.set("participant:vehicle", "no");
-        Some(Vec::new())
-    }),
     road!("forbid a road to a kind of the vehicles it lets in", &["access/hidden"], "participant:vehicle:car", &["no"]),
-    road!("hide a speed limit", &["access/standstill"], "speed_limit:vehicle", &["0", "none"]),
+    road!("hide a speed limit", &["access/standstill"], "speed_limit:vehicle", &["0"]),
     kind("make an edge of the road a curb", &["parts/curbstone"], |_, map, dice| {
         let lane = dice.pick(roads(map))?;
         let ways = bounds(map.relation(lane));

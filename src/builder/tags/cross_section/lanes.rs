@@ -64,12 +64,12 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
             Counts { forward: 0, backward: 0, both: one_way(facts, flow, [&both_list, &both_list], 0, notes) }
         }
         Flow::Forward => {
-            let backward = lanes_against(facts, flow, &backward_list, notes);
+            let backward = lanes_against(facts, flow, [&forward_list, &backward_list], notes);
             let forward = one_way(facts, flow, [&forward_list, &backward_list], backward, notes);
             Counts { forward, backward, both: 0 }
         }
         Flow::Backward => {
-            let forward = lanes_against(facts, flow, &forward_list, notes);
+            let forward = lanes_against(facts, flow, [&backward_list, &forward_list], notes);
             let backward = one_way(facts, flow, [&backward_list, &forward_list], forward, notes);
             Counts { forward, backward, both: 0 }
         }

@@ -378,6 +378,9 @@ fn buses_against_a_one_way_road() {
     one_way("lanes=2 lanes:forward=2 busway=opposite_lane", "B< D> D>");
     one_way("lanes=1 bicycle:lanes:backward=designated vehicle:lanes:backward=no", "C< D>");
     one_way("lanes=2 lanes:backward=1", "D> D>");
+    let both = "bus:lanes:forward=yes|yes|designated bus:lanes:backward=yes|yes|designated bus:backward=designated";
+    one_way(&format!("lanes=3 {both} access:lanes:backward=yes|yes|no"), "D> D> B>");
+    assert!(slugs(&format!("oneway=yes lanes=3 {both}")).contains(&"lanes-contradict"));
     assert!(slugs("oneway=yes lanes=2 lanes:backward=1").contains(&"lanes-contradict"));
     assert!(slugs("oneway=yes oneway:bus=no lanes=1").contains(&"lanes-guessed"));
 }
