@@ -53,9 +53,12 @@ pub fn change(mended: &Mended) -> String {
         let plural = if count == 1 { "" } else { "s" };
         format!("{count} {what}{plural} {word}")
     };
-    let look = mended.to_look_at;
-    let verb = if look == 1 { "needs" } else { "need" };
-    format!("{}, {}, {look} {verb} a look", said(errors, "error"), said(warnings, "warning"))
+    let look = match mended.to_look_at {
+        0 => String::new(),
+        1 => ", 1 of the fixes made needs a look".to_owned(),
+        many => format!(", {many} of the fixes made need a look"),
+    };
+    format!("{}, {}{look}", said(errors, "error"), said(warnings, "warning"))
 }
 
 /// Lines of fixes, those of one code that differ in numbers alone in one.

@@ -207,6 +207,14 @@ fn the_pictures_of_the_documents_are_fresh() {
 }
 
 #[test]
+fn what_no_standard_asks_for_is_grouped_apart() {
+    for requirement in rules::table().unwrap().iter().map(|row| &row.requirement) {
+        let category = if requirement.is_of_the_standard() { requirement.id.get(..5).unwrap() } else { "map health: " };
+        assert!(requirement.category.starts_with(category), "{}: {}", requirement.id, requirement.category);
+    }
+}
+
+#[test]
 fn the_index_of_the_documents_is_fresh() {
     let requirements = rules::table().unwrap().iter().map(|row| &row.requirement);
     let page = root().join("rules/README.md");
