@@ -8,6 +8,7 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LineString, LineStringId, PointId};
+use crate::rules::crowd::MOST;
 use crate::rules::near_nodes::NodeClusters;
 
 /// Nodes nearer than this are one place, metres: no editor draws and no survey measures finer.
@@ -70,7 +71,9 @@ fn ends(map: &MapIndex, bounds: &[&LineString]) -> Vec<Finding> {
             let Some(here) = place(map, id) else { continue };
             let [x, y] = cell(here);
             let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
-            for &(other, theirs) in around.filter_map(|cell| by_cell.get(&cell)).flatten() {
+            // In a crowd all nodes are compared with the same first ones, which joins them into one cluster.
+            let others = around.filter_map(|cell| by_cell.get(&cell).map(|all| &all[..all.len().min(MOST)]));
+            for &(other, theirs) in others.flatten() {
                 let joined = line.points.contains(&other) || bounds[theirs].points.contains(&id);
                 if other == id || theirs == at || joined || !is_one_place(map, id, other) {
                     continue;
@@ -87,7 +90,7 @@ fn ends(map: &MapIndex, bounds: &[&LineString]) -> Vec<Finding> {
     let is_doubled = |[a, b]: [usize; 2]| met.get(&[a.min(b), a.max(b)]).is_some_and(|count| *count > 2);
     pairs.retain(|pair, lines| !told.contains(pair) && !is_doubled(*lines));
     let clusters = NodeClusters::of(map, pairs.keys().copied(), ONE_PLACE * 2.0);
-    let findings = pairs.iter().map(|(pair, lines)| {
+    let findings = pairs.iter().filter(|(pair, _)| clusters.tells(**pair)).map(|(pair, lines)| {
         let [a, b] = pair;
         let [x, y] = lines.map(|line| bounds[line].id);
         let message = format!("Nodes {a} and {b} lie on one place; bounds {x} and {y} meet there and are not joined.");

@@ -42,6 +42,7 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "fan", size: 150, draw: fan },
     Kind { name: "near nodes", size: 300, draw: near_nodes },
     Kind { name: "nearly joined", size: 200, draw: nearly_joined },
+    Kind { name: "nodes at one place", size: 200, draw: nodes_at_one_place },
     Kind { name: "mutual yields", size: 60, draw: mutual_yields },
 ];
 
@@ -346,6 +347,14 @@ fn near_nodes(out: &mut Sketch, size: usize) {
     for i in 0..size {
         let shift = 0.001 * i as f64;
         lanelet(out, &[(shift, 3.0), (50.0 + shift, 3.0)], &[(shift, 0.0), (50.0 + shift, 0.0)]);
+    }
+}
+
+/// Lanelets in all directions whose bounds begin at one place, each with a node of its own.
+fn nodes_at_one_place(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let angle = turn(i, size);
+        lanelet(out, &[(0.0, 0.0), around(angle, 20.0)], &[(0.0, 0.0), around(angle - 0.001, 20.0)]);
     }
 }
 

@@ -207,6 +207,11 @@ fn what_is_too_many_to_compare_is_said() {
     let dir = drawn([maps::KINDS, maps::STEEP], "nearly joined", 40);
     let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
     assert!(run.stdout.contains("40 nodes lie so close to each other: too many to compare"), "{}", run.stdout);
+    let dir = drawn([maps::KINDS, maps::STEEP], "nodes at one place", 40);
+    let same_place = ["check", "--isolated", "--select", "parts/same-place", "--format", "concise", "map.osm"];
+    let run = lanewright(dir.path(), &same_place).exits(0);
+    assert_eq!(run.stdout.matches("parts/same-place").count(), 1, "one finding tells for all: {}", run.stdout);
+    assert!(run.stdout.contains("80 nodes lie so close to each other: too many to compare"), "{}", run.stdout);
     let dir = drawn([streets::KINDS, streets::STEEP], "star", 24);
     let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again", "--guesses"]).exits(0);
     let said = format!("{}{}", run.stdout, run.stderr);
