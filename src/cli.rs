@@ -54,6 +54,9 @@ struct Cli {
     /// Most bytes that the files of a map may take in memory, unpacked: 500MB, 20GB [default: a quarter of the memory]
     #[arg(long, global = true, value_name = "SIZE", value_parser = args::size)]
     max_input: Option<u64>,
+    /// Show no progress, and say nothing of what was done or written: findings and errors alone
+    #[arg(short, long, global = true)]
+    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -83,6 +86,9 @@ enum Verb {
         /// With tier4: the validators of TIER IV's existing tool, each with its requirement
         #[arg(long, value_enum)]
         profile: Option<ProfileArg>,
+        /// How they are listed
+        #[arg(long, value_enum, default_value_t = explain::ListFormatArg::Text)]
+        format: explain::ListFormatArg,
     },
     /// Print the completions of a shell
     Completions {
@@ -113,7 +119,7 @@ impl Verb {
     /// The maps that are read.
     fn maps(&self) -> Vec<&Path> {
         match self {
-            Self::Check(args) => vec![&args.map],
+            Self::Check(args) => args.maps.iter().map(PathBuf::as_path).collect(),
             Self::Draw(args) => args.map.iter().chain(args.compare.iter().flatten()).map(PathBuf::as_path).collect(),
             Self::Fix(args) => vec![&args.map],
             Self::Fmt(args) => vec![&args.map],
@@ -150,8 +156,9 @@ pub fn run() -> ExitCode {
 /// Runs the program with these arguments, the first of which is its own name, and gives its exit code.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let verb = match Cli::try_parse_from(arguments) {
-        Ok(Cli { verb, max_input }) => {
+        Ok(Cli { verb, max_input, quiet }) => {
             max_input.into_iter().for_each(osm::limit_input);
+            output::keep_quiet(quiet);
             verb
         }
         Err(asked) => {
@@ -185,7 +192,7 @@ fn run_verb(verb: Verb) -> Result<u8, Failure> {
         Verb::Stats(args) => stats::run(&args),
         Verb::View(args) => view::run(args),
         Verb::Explain { rule } => explain::explain(&rule),
-        Verb::Rules { profile } => explain::rules(profile),
+        Verb::Rules { profile, format } => explain::rules(profile, format),
         Verb::Completions { shell } => packaging::completions(shell, Cli::command()),
         Verb::Man { dir } => packaging::man(&dir, Cli::command()),
     }

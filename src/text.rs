@@ -1,8 +1,10 @@
 //! Short strings, and places in files.
 
 mod nearest;
+mod unified_diff;
 
 pub use nearest::{misspelt, nearest};
+pub use unified_diff::unified_diff;
 
 /// A short string: keys, values, roles. Up to 24 bytes are stored inline.
 pub type Text = compact_str::CompactString;

@@ -4,14 +4,13 @@
 use std::path::Path;
 use std::path::PathBuf;
 
-use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
-
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::fix::{FixError, Mend, Mended, Scope, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::Source;
 use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
+use crate::text::unified_diff;
 use crate::triage::Sorted;
 
 use super::checked::Checked;
@@ -71,9 +70,6 @@ impl ProjectorFile {
 /// The finding that the file mends.
 const PROJECTOR_MISSING: &str = "projector/missing";
 
-/// The hunks of more changed lines than this are shown as they come.
-const MOST_TIDIED: u32 = 1000;
-
 impl Fixed {
     /// Mends a map.
     ///
@@ -120,18 +116,7 @@ impl Fixed {
         self.changed()
             .map(|(old, new)| (&old.name, old.as_written(), new))
             .chain(self.projector_file.iter().map(|file| (&file.source.name, String::new(), &file.source)))
-            .map(|(name, old, new)| {
-                let text = new.as_written();
-                let lines = InternedInput::new(&old[..], &text[..]);
-                let mut diff = Diff::compute(Algorithm::Myers, &lines);
-                // Hunks that begin where a reader expects it take time in the lines of the map for each.
-                if diff.count_additions() + diff.count_removals() <= MOST_TIDIED {
-                    diff.postprocess_lines(&lines);
-                }
-                let printer = BasicLineDiffPrinter(&lines.interner);
-                let hunks = diff.unified_diff(&printer, UnifiedDiffConfig::default(), &lines);
-                format!("--- {name}\n+++ {}\n{hunks}", new.name)
-            })
+            .map(|(name, old, new)| unified_diff([name, &new.name], [&old, &new.as_written()]))
             .collect()
     }
 

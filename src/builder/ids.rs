@@ -8,8 +8,12 @@ use std::ops::Range;
 /// Ids of polygons: Autoware reads them into 32 bits.
 const SHORT: Range<u64> = 1..1 << 31;
 
-/// All other ids, apart from those of polygons. Doubles, and so JavaScript, hold them exactly.
+/// Ids of lines, lanelets and regulatory elements, apart from those of polygons. Doubles, and so JavaScript, hold them exactly.
 const LONG: Range<u64> = SHORT.end..1 << 53;
+
+/// Ids of points, apart from those of polygons: GDAL 3 keeps nodes in buckets of 65,536, numbered in 31 bits, and reads no others
+/// (ogr/ogrsf_frmts/osm).
+const NODE: Range<u64> = SHORT.end..65_536 * ((1 << 31) - 1);
 
 /// The hash of the words and numbers that identify an element from one build to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,7 +52,12 @@ impl Key {
         self.id_in(LONG.end / 2..LONG.end)
     }
 
-    /// The id of a point, line, lanelet or regulatory element: positive, below 2^53, none of those that are `contested`.
+    /// The id of a point: positive, below 65,536 × (2^31 − 1), none of those that are `contested`.
+    pub fn node_id(self, contested: impl Fn(i64) -> bool) -> i64 {
+        self.first_in(NODE, contested)
+    }
+
+    /// The id of a line, lanelet or regulatory element: positive, below 2^53, none of those that are `contested`.
     pub fn id(self, contested: impl Fn(i64) -> bool) -> i64 {
         self.first_in(LONG, contested)
     }
@@ -88,20 +97,23 @@ mod tests {
     use super::*;
 
     const FREE: fn(i64) -> bool = |_| false;
-    const FROZEN_POINT: i64 = 3_848_924_037_313_406;
+    const FROZEN_POINT: i64 = 43_196_421_763_966;
+    const FROZEN_LINE: i64 = 3_848_924_037_313_406;
     const FROZEN_AREA: i64 = 648_029_609;
 
     #[test]
     fn ids_are_frozen() {
         assert_eq!(Key::new("").0, Key(Key::BASIS).number(0).0);
-        assert_eq!(Key::new("point").number(1).id(FREE), FROZEN_POINT);
+        assert_eq!(Key::new("point").number(1).node_id(FREE), FROZEN_POINT);
+        assert_eq!(Key::new("point").number(1).id(FREE), FROZEN_LINE);
         assert_eq!(Key::new("area").number(1).short_id(FREE), FROZEN_AREA);
     }
 
     #[test]
     fn ids_lie_in_their_ranges() {
         for i in 0..20_000 {
-            assert!((1 << 31..1 << 53).contains(&Key::new("point").number(i).id(FREE)));
+            assert!((1 << 31..1 << 53).contains(&Key::new("line").number(i).id(FREE)));
+            assert!((1 << 31..140_737_488_289_792).contains(&Key::new("point").number(i).node_id(FREE)));
             assert!((1..=i64::from(i32::MAX)).contains(&Key::new("area").number(i).short_id(FREE)));
         }
     }

@@ -99,6 +99,20 @@ pub fn output_file(text: &str) -> Result<PathBuf, Infallible> {
     Ok(if text == "-" { "/dev/stdout".into() } else { text.into() })
 }
 
+/// A directory to write a map into.
+pub fn output_directory(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let names_a_file =
+        path.extension().is_some_and(|one| ["osm", "pbf", "gz", "xml"].iter().any(|known| one == *known));
+    if names_a_file && !path.is_dir() {
+        return Err(format!(
+            "that names a file, and a map is a directory with lanelet2_map.osm in it: give `{}`",
+            path.with_extension("").display()
+        ));
+    }
+    Ok(path)
+}
+
 /// A length: 0 or more metres.
 pub fn metres(text: &str) -> Result<f64, String> {
     let length = text.parse().ok().filter(|metres: &f64| metres.is_finite() && *metres >= 0.0);

@@ -7,7 +7,7 @@ use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
 
-use super::args::{CLEAN, StreetArgs, place};
+use super::args::{CLEAN, StreetArgs, output_directory, place};
 use super::check_args::ProfileArg;
 use super::output::{self, Progress};
 use super::split::CELL;
@@ -20,7 +20,7 @@ pub struct BuildArgs {
     /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), streets as GeoJSON (docs/geometry.md), or OpenDRIVE (docs/opendrive.md)
     pub input: PathBuf,
     /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = output_directory)]
     pub output: PathBuf,
     /// Whose reading of the requirements the map follows where readings differ: docs/tier4.md
     #[arg(long, value_enum)]
@@ -79,7 +79,8 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     };
     drop(progress);
     let undrawn = input::undrawn(&map.built.notes);
-    output::print(&format!("{}{divided}{merges}{undrawn}", summary(args, &map.built)))?;
+    output::tell(&args.output, &format!("{}{divided}", summary(args, &map.built)))?;
+    output::print(&format!("{merges}{undrawn}"))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
     Ok(CLEAN)
@@ -99,7 +100,8 @@ fn run_opendrive(args: &BuildArgs, input: Input, options: &LayoutOptions, progre
     };
     drop(progress);
     let oddities = input::oddities(&map.built.notes, args.streets.guesses);
-    output::print(&format!("{}{divided}{oddities}", summary(args, &map.built)))?;
+    output::tell(&args.output, &format!("{}{divided}", summary(args, &map.built)))?;
+    output::print(&oddities)?;
     Ok(CLEAN)
 }
 
@@ -118,7 +120,7 @@ fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Pro
     let map = args.output.join(MAP);
     let counts = input::counts(&[(tiled.tiles, "tile", "tiles")]);
     let cells = split::counts(&tiled.divided);
-    output::print(&format!("{}: {}\n{counts}{cells}", output::shown(&map), tiled.projector.name()))?;
+    output::tell(&map, &format!("{}: {}\n{counts}{cells}", output::shown(&map), tiled.projector.name()))?;
     Ok(CLEAN)
 }
 

@@ -12,13 +12,14 @@ use clap::{Args, ValueEnum};
 /// Check a Lanelet2 map against Autoware's requirements
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
-    pub map: PathBuf,
+    /// .osm files, directories of .osm files, or map directories with map_projector_info.yaml: each is a map of its own
+    #[arg(value_name = "MAP", required = true)]
+    pub maps: Vec<PathBuf>,
     /// How findings are shown
     #[arg(long, value_enum, default_value_t = FormatArg::Text)]
     pub format: FormatArg,
-    /// Least severity of findings that text, full and --report show; the others are counted [default: warning, or what
-    /// --fail-on names]
+    /// Least severity of findings that text, full, concise and --report show; text and full count the others [default:
+    /// warning, or what --fail-on names; concise: info]
     #[arg(long, value_enum, value_name = "SEVERITY")]
     pub show: Option<SeverityArg>,
     /// Requirement set of the existing validator (--format tier4): which validators count, and in which order

@@ -11,6 +11,9 @@ use super::args::CLEAN;
 use super::check_args::ProfileArg;
 use super::output;
 
+use clap::ValueEnum;
+use serde_json::{Value, json};
+
 /// Prints one rule in full; with a finding's code, that fault first. `VM-03-08`, `vm-3-8` and a fault's word alone will do.
 pub fn explain(said: &str) -> Result<u8, Failure> {
     let all = documents()?;
@@ -81,16 +84,71 @@ fn normal(said: &str) -> String {
     slug.map_or(id.clone(), |slug| format!("{id}/{slug}"))
 }
 
+/// How rules are listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ListFormatArg {
+    /// Number and title, by chapter.
+    Text,
+    /// For programs: every rule with its faults, their severities and help, and its parameters.
+    Json,
+}
+
 /// Prints the list of rules, or that of the existing tool's validators.
-pub fn rules(profile: Option<ProfileArg>) -> Result<u8, Failure> {
+pub fn rules(profile: Option<ProfileArg>, format: ListFormatArg) -> Result<u8, Failure> {
     if profile == Some(ProfileArg::Tier4) {
         let names = rules::tier4::validators().iter();
+        if format == ListFormatArg::Json {
+            let list =
+                names.map(|one| json!({ "name": one.name, "code": one.code(), "requirement": one.shown_under() }));
+            return list_as_json(&list.collect());
+        }
         let lines: String = names.map(|one| format!("{}  {}\n", one.name, one.shown_under())).collect();
         output::print(&lines)?;
         return Ok(CLEAN);
     }
     let table = rules::table().map_err(|error| Failure::new(error.to_string()))?;
+    if format == ListFormatArg::Json {
+        let all = table.iter().map(|row| &row.requirement).chain(triage::requirement().ok());
+        return list_as_json(&all.map(in_json).collect());
+    }
     output::print(&report::list(table.iter().map(|row| &row.requirement).chain(triage::requirement().ok())))?;
+    Ok(CLEAN)
+}
+
+/// A rule for programs: its document's block, each fault with the code that a finding shows.
+fn in_json(rule: &Requirement) -> Value {
+    let faults: Vec<Value> = rule
+        .faults
+        .iter()
+        .map(|(slug, fault)| {
+            json!({
+                "code": format!("{}/{slug}", rule.id),
+                "severity": fault.severity,
+                "meaning": fault.meaning,
+                "help": fault.help,
+                "fix": fault.fix,
+                "peer": fault.peer,
+            })
+        })
+        .collect();
+    json!({
+        "id": rule.id,
+        "title": rule.title,
+        "subtitle": rule.subtitle,
+        "category": rule.category,
+        "check": rule.check,
+        "source": rule.source,
+        "edition": rule.edition,
+        "parameters": rule.parameters,
+        "faults": faults,
+    })
+}
+
+fn list_as_json(list: &Vec<Value>) -> Result<u8, Failure> {
+    output::print_with(|out| {
+        serde_json::to_writer_pretty(&mut *out, list)?;
+        writeln!(out)
+    })?;
     Ok(CLEAN)
 }
 

@@ -60,7 +60,7 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }
     fixed.write()?;
-    output::print(&fix_summary::told(&fixed.mended))?;
+    output::tell(&args.map, &fix_summary::told(&fixed.mended))?;
     Ok(if fixed.mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
 }
 

@@ -6,6 +6,7 @@ use crate::fix::canonical;
 use crate::lanelet::open;
 use crate::osm::Source;
 use crate::report::failure::Failure;
+use crate::text::unified_diff;
 
 use super::args::CLEAN;
 use super::output;
@@ -21,9 +22,12 @@ pub struct FmtArgs {
     /// Change nothing; exit code 1 if a file is not formatted
     #[arg(long)]
     pub check: bool,
+    /// Change nothing; show the changes as a unified diff; exit code 1 if a file is not formatted
+    #[arg(long)]
+    pub diff: bool,
 }
 
-/// Exit code of `--check` where a file would change.
+/// Exit code of `--check` and `--diff` where a file would change.
 const WOULD_CHANGE: u8 = 1;
 
 /// Formats the files of a map, or says which are not formatted.
@@ -40,6 +44,15 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
             changed.push((path, source, text));
         }
     }
+    let unformatted = if changed.is_empty() { CLEAN } else { WOULD_CHANGE };
+    if args.diff {
+        let diffs = changed.iter().map(|(_, source, text)| {
+            let formatted = Source { text: text.clone(), ..Source::clone(source) };
+            unified_diff([&source.name; 2].map(String::as_str), [&source.as_written(), &formatted.as_written()])
+        });
+        output::print_patch(&diffs.collect::<String>())?;
+        return Ok(unformatted);
+    }
     let told: String = changed
         .iter()
         .map(|(path, ..)| {
@@ -48,7 +61,7 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
         .collect();
     if args.check {
         output::print(&told)?;
-        return Ok(if changed.is_empty() { CLEAN } else { WOULD_CHANGE });
+        return Ok(unformatted);
     }
     if let Some((packed, ..)) = changed.iter().find(|(path, ..)| path.extension().is_some_and(|one| one != "osm")) {
         return Err(Failure::new(format!("{} is packed", packed.display()))

@@ -95,6 +95,9 @@ pub fn guesses<'a>(count: usize, notes: impl IntoIterator<Item = &'a Finding>, a
         let _ = writeln!(text, "--guesses lists what the input did not say");
     }
     for Finding { fault, subject, message, .. } in notes.into_iter().filter(|_| args.guesses) {
+        let subject = subject.to_string();
+        // Some messages begin with what they are about.
+        let message = message.strip_prefix(&format!("{subject}: ")).unwrap_or(message);
         let _ = writeln!(text, "{subject}: {} [{fault}]", visible(message));
     }
     text

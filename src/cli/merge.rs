@@ -36,6 +36,6 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     if settings_left_out {
         text += "warning: the maps have different settings; no lanewright.toml was written\n";
     }
-    output::print(&text)?;
+    output::tell(&args.output, &text)?;
     Ok(CLEAN)
 }

@@ -2,6 +2,7 @@
 
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::api::files;
@@ -11,6 +12,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 /// Widest text: lines longer than this are hard to read, however wide the terminal is.
 const MAX_WIDTH: usize = 110;
+
+/// Whether the user wants results alone.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on there is no progress, and nothing is said of what was done.
+pub fn keep_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether the user wants results alone.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
 
 /// The style of reports on standard output.
 pub fn stdout_style() -> TextStyle {
@@ -77,8 +91,11 @@ pub fn print_beside(of: Option<&Path>, write: impl FnOnce(&mut dyn Write) -> io:
     Ok(())
 }
 
-/// Says what became of an output: on standard output, unless that is the output itself.
+/// Says what became of an output: on standard output, unless that is the output itself; nothing with `--quiet`.
 pub fn tell(of: &Path, text: &str) -> Result<(), Failure> {
+    if is_quiet() {
+        return Ok(());
+    }
     if files::is_stdout(of) {
         complain(text);
         return Ok(());
@@ -102,7 +119,7 @@ pub struct Progress(ProgressBar);
 impl Progress {
     /// Begins with the first thing that is done.
     pub fn start(doing: &str) -> Self {
-        if !io::stderr().is_terminal() {
+        if is_quiet() || !io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
         let bar = ProgressBar::new_spinner().with_message(visible(doing).into_owned());

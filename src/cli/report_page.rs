@@ -13,9 +13,9 @@ use super::check_args::CheckArgs;
 use crate::api::files;
 
 /// Writes the page, and compares it with an earlier one where the user named one.
-pub fn write(file: &Path, args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
+pub fn write(file: &Path, (args, map): (&CheckArgs, &Path), report: &Report<'_>) -> Result<(), Failure> {
     let earlier = args.compare.as_deref().map(read_earlier).transpose()?;
-    let title = title(&args.map);
+    let title = title(map);
     let (path, requirements) = (only_file(report), requirements(report)?);
     let page = Page {
         title: &title,

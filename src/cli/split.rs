@@ -33,7 +33,7 @@ pub fn run(args: &SplitArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let divided = split(&args.map, &args.output, args.size, &Configuration::default(), &|doing| progress.next(doing))?;
     drop(progress);
-    output::print(&format!("{}\n{}", output::shown(&args.output), counts(&divided)))?;
+    output::tell(&args.output, &format!("{}\n{}", output::shown(&args.output), counts(&divided)))?;
     Ok(CLEAN)
 }
 

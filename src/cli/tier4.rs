@@ -34,7 +34,7 @@ fn validators() -> Vec<Validator<'static>> {
 
 /// Prints the result file on standard output; what the loader stumbles over, which that file has no place for, on
 /// standard error.
-pub fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<u8, Failure> {
+pub fn print(args: &CheckArgs, map: &Path, loaded: &Loaded, sorted: &Sorted) -> Result<u8, Failure> {
     if loaded.settings.profile != Some(Profile::Tier4) {
         return Err(Failure::new("--format tier4 shows the findings of --profile tier4").help(
             "add --profile tier4, or `profile = \"tier4\"` to lanewright.toml; our own findings: --format json",
@@ -52,7 +52,7 @@ pub fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<u8, F
         None => Exclusions::default(),
         Some(file) => read(file, |text| Exclusions::parse(text, &known))?,
     };
-    let outcome = Outcome::new(&sorted.left, &known, &set, &exclusions, &args.map);
+    let outcome = Outcome::new(&sorted.left, &known, &set, &exclusions, map);
     output::print_with(|out| outcome.write(&mut HarmlessJson::new(out)))?;
     let mut broken = false;
     for said in sorted.left.iter().filter(|said| said.finding.peer.is_none()) {

@@ -12,11 +12,10 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use crate::osm::Tags;
+
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
-
-/// Tags that come first, in this order; the others follow by key.
-const FIRST: [&str; 5] = ["type", "subtype", "local_x", "local_y", "ele"];
 
 /// A part of the file.
 struct Block {
@@ -168,8 +167,7 @@ fn children(inner: &str, (begin, at): (usize, &mut usize)) -> Kept<Vec<String>> 
             "member" => ordered.push(format!("<{}/>", head(&tag, &["type", "ref", "role"], &[])?)),
             "tag" => {
                 let key = attribute(&tag, "k").unwrap_or_default();
-                let rank = FIRST.iter().position(|first| *first == key).unwrap_or(FIRST.len());
-                tags.push((rank, key, format!("<{}/>", head(&tag, &["k", "v"], &[])?)));
+                tags.push((Tags::rank(key.as_bytes()), key, format!("<{}/>", head(&tag, &["k", "v"], &[])?)));
             }
             _ => rest.push(inner.get(start..position(&reader)).ok_or(BROKEN)?.trim().to_owned()),
         }

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use rayon::prelude::*;
 
-use crate::osm::{ElementKind, MetaInfo, OsmText, Text};
+use crate::osm::{ElementKind, MetaInfo, OsmText, Tags, Text};
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
@@ -94,6 +94,9 @@ fn sorted<K: Copy + Ord + Send, T: Send>(items: impl Iterator<Item = (K, T)>) ->
 
 fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>, local: bool) {
     text.begin_node(point.id.0, place);
+    let tags = in_order(point.attributes().words());
+    let (before, after) = tags.split_at(tags.partition_point(|(key, _)| Tags::rank(key) < Tags::rank(b"local_x")));
+    text.tags(before.iter().copied());
     let coordinates = [("local_x", point.position.x), ("local_y", point.position.y)];
     for ((key, metres), had) in coordinates.into_iter().zip(point.local()) {
         if local || had {
@@ -101,9 +104,9 @@ fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>, local: bool) {
         }
     }
     if let Some(metres) = point.ele() {
-        text.exact("ele", metres);
+        text.decimal("ele", metres);
     }
-    point.attributes().iter().for_each(|(key, value)| text.tag(key, value));
+    text.tags(after.iter().copied());
     text.end_node();
 }
 
@@ -116,10 +119,10 @@ enum WrittenWay<'a> {
 impl WrittenWay<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
-            Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.words()),
+            Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), in_order(line.attributes.words())),
             Self::Area(area) => {
                 let tags = area.attributes.words().chain(given(&area.attributes, "area", "yes"));
-                text.way(area.id.0, area.points.iter().map(|p| p.0), tags);
+                text.way(area.id.0, area.points.iter().map(|p| p.0), in_order(tags));
             }
         }
     }
@@ -147,7 +150,7 @@ fn write_lanelet(text: &mut OsmText, lanelet: &Lanelet) {
     let elements =
         lanelet.regulatory_elements.iter().map(|element| (ElementKind::Relation, element.0, "regulatory_element"));
     let tags = given(&lanelet.attributes, "type", "lanelet").chain(lanelet.attributes.words());
-    text.relation(lanelet.id.0, ways.chain(elements), tags);
+    text.relation(lanelet.id.0, ways.chain(elements), in_order(tags));
 }
 
 fn write_element(text: &mut OsmText, element: &RegulatoryElement) {
@@ -162,8 +165,19 @@ fn write_element(text: &mut OsmText, element: &RegulatoryElement) {
     });
     let kind = given(&element.attributes, "type", "regulatory_element");
     let subtype = given(&element.attributes, "subtype", &element.subtype);
-    text.relation(element.id.0, members, kind.chain(subtype).chain(element.attributes.words()));
+    let tags = kind.chain(subtype).chain(element.attributes.words());
+    text.relation(element.id.0, members, in_order(tags));
 }
+
+/// Tags in the order of the canonical form, which `fmt` writes. Of a key that repeats the last one still comes last.
+fn in_order<'a>(tags: impl Iterator<Item = Word<'a>>) -> Vec<Word<'a>> {
+    let mut tags: Vec<Word<'a>> = tags.collect();
+    tags.sort_by_key(|&(key, _)| (Tags::rank(key), key));
+    tags
+}
+
+/// Key and value.
+type Word<'a> = (&'a [u8], &'a [u8]);
 
 /// A tag that the primitive's kind implies, unless its attributes say it already.
 fn given<'a>(
@@ -243,7 +257,7 @@ mod tests {
     fn the_text_is_the_expected_one() {
         let text = written(&made(), &Projector::mgrs("54SUE".parse().unwrap()));
         let head = r#"<?xml version="1.0" encoding="UTF-8"?>
-<osm version="0.6" generator="lanewright">
+<osm version="0.6" generator="lanewright" upload="false">
   <MetaInfo format_version="2" map_version="1"/>
   <node id="1" version="1" lat=""#;
         assert!(text.starts_with(head), "{text}");

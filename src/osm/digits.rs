@@ -53,6 +53,15 @@ pub(super) fn put_exact(out: &mut Vec<u8>, number: f64) {
     }
 }
 
+/// Appends a number with all its decimals, of which it has at least one: CommonRoad's readers refuse a height of `0`.
+pub(super) fn put_decimal(out: &mut Vec<u8>, number: f64) {
+    let start = out.len();
+    put_exact(out, number);
+    if number.is_finite() && !out.iter().skip(start).any(|&byte| byte == b'.') {
+        out.extend_from_slice(b".0");
+    }
+}
+
 /// Appends a whole number.
 #[inline]
 pub(super) fn put_integer(out: &mut Vec<u8>, number: i64) {
@@ -82,6 +91,15 @@ mod tests {
     fn exact_numbers_are_those_of_the_standard_library() {
         for number in [0.0, -0.0, 1.0, 3.143, -12.5, 100.0, 0.001, 0.1 + 0.2, 1e-7, 123456.789, 1e15, f64::NAN] {
             assert_eq!(text(|out| put_exact(out, number)), format!("{}", number + 0.0));
+        }
+    }
+
+    #[test]
+    fn decimal_numbers_have_a_decimal() {
+        for (number, meant) in
+            [(0.0, "0.0"), (-0.0, "0.0"), (12.0, "12.0"), (-3.25, "-3.25"), (1e16, "10000000000000000.0")]
+        {
+            assert_eq!(text(|out| put_decimal(out, number)), meant);
         }
     }
 

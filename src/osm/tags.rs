@@ -91,6 +91,12 @@ impl Tags {
         self.pairs()
     }
 
+    /// The place of a key among the tags of an element in canonical form; keys of one place follow each other by name.
+    pub fn rank(key: &[u8]) -> usize {
+        const FIRST: [&[u8]; 5] = [b"type", b"subtype", b"local_x", b"local_y", b"ele"];
+        FIRST.iter().position(|first| *first == key).unwrap_or(FIRST.len())
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

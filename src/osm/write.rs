@@ -1,6 +1,6 @@
 //! Writes OpenStreetMap XML, one tag a line, so that a small change of a map is a small change of its text.
 
-use super::digits::{put_exact, put_fixed, put_integer};
+use super::digits::{put_decimal, put_exact, put_fixed, put_integer};
 use super::{ElementKind, MetaInfo, Node, Relation, Way};
 use crate::projection::LonLat;
 
@@ -25,7 +25,8 @@ impl OsmText {
         let mut text = Self::default();
         text.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"");
         text.escaped(generator.as_bytes());
-        text.put("\">\n");
+        // JOSM then asks before it uploads the file to OpenStreetMap.
+        text.put("\" upload=\"false\">\n");
         let versions = [("format_version", &meta.format_version), ("map_version", &meta.map_version)];
         if versions.iter().any(|(_, v)| v.is_some()) {
             text.put("  <MetaInfo");
@@ -118,9 +119,9 @@ impl OsmText {
         self.plain_tag(key, |text| put_fixed(text, value, decimals));
     }
 
-    /// A tag whose value is a number with all its decimals. The key is plain letters.
-    pub fn exact(&mut self, key: &str, value: f64) {
-        self.plain_tag(key, |text| put_exact(text, value));
+    /// A tag whose value is a number with all its decimals, at least one. The key is plain letters.
+    pub fn decimal(&mut self, key: &str, value: f64) {
+        self.plain_tag(key, |text| put_decimal(text, value));
     }
 
     fn plain_tag(&mut self, key: &str, value: impl FnOnce(&mut Vec<u8>)) {
@@ -192,7 +193,8 @@ impl OsmText {
     }
 
     /// Keys and values are text, the bytes of which need not be known to be.
-    fn tags<T: AsRef<[u8]>>(&mut self, tags: impl IntoIterator<Item = (T, T)>) {
+    /// Tags in the order given.
+    pub fn tags<T: AsRef<[u8]>>(&mut self, tags: impl IntoIterator<Item = (T, T)>) {
         for (key, value) in tags {
             self.put("    <tag k=\"");
             self.escaped(key.as_ref());

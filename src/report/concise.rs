@@ -10,9 +10,13 @@ use crate::diagnostic::{Diagnostic, Severity};
 /// # Errors
 ///
 /// If `out` cannot be written to.
-pub fn concise(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources) -> io::Result<()> {
+pub fn concise<'d>(
+    out: &mut dyn Write,
+    diagnostics: impl IntoIterator<Item = &'d Diagnostic>,
+    sources: &Sources,
+) -> io::Result<()> {
     let place = |diagnostic: &Diagnostic| diagnostic.span.as_ref().and_then(|span| sources.position(span));
-    diagnostics.iter().try_for_each(|diagnostic| writeln!(out, "{}", line(diagnostic, place(diagnostic))))
+    diagnostics.into_iter().try_for_each(|diagnostic| writeln!(out, "{}", line(diagnostic, place(diagnostic))))
 }
 
 /// The line of one finding, without line feed.

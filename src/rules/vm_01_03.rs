@@ -71,7 +71,7 @@ fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
     let (id, ids): (LaneletId, Vec<LaneletId>) =
         (map.lanes[at].id, others.iter().map(|&other| map.lanes[other].id).collect());
     let names: Vec<String> = ids.iter().map(ToString::to_string).collect();
-    let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(" "));
+    let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(", "));
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
     let finding = ids.iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"));
     // The lane may end beside the other after all, although one border swings out farther than the other.

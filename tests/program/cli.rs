@@ -383,8 +383,12 @@ fn a_formatted_map_says_the_same_and_stays_so() {
         good.replace(" version=\"1\" ", " ").replace("\n    ", "\n\t").replacen("<osm version=\"0.6\"", "<osm", 1);
     fs::write(&path, &unkempt).unwrap();
     lanewright(dir.path(), &["fmt", "map", "--check"]).exits(1);
-    assert_eq!(fs::read_to_string(&path).unwrap(), unkempt, "--check changes nothing");
+    let shown = lanewright(dir.path(), &["fmt", "map", "--diff"]).exits(1).stdout;
+    assert!(shown.starts_with("--- map/lanelet2_map.osm\n+++ map/lanelet2_map.osm\n@@"), "{shown}");
+    assert!(shown.contains("\n-<osm generator") && shown.contains("\n+<osm version=\"0.6\" generator"), "{shown}");
+    assert_eq!(fs::read_to_string(&path).unwrap(), unkempt, "--check and --diff change nothing");
     lanewright(dir.path(), &["fmt", "map"]).exits(0);
+    assert_eq!(lanewright(dir.path(), &["fmt", "map", "--diff"]).exits(0).stdout, "");
     let formatted = fs::read_to_string(&path).unwrap();
     lanewright(dir.path(), &["fmt", "map", "--check"]).exits(0);
     assert_eq!(fs::read_to_string(&path).unwrap(), formatted);
@@ -420,4 +424,94 @@ fn a_projection_is_found_and_changed() {
     let wrong = fs::read_to_string(&info).unwrap().replace("TransverseMercator", "LocalCartesian");
     fs::write(&info, wrong).unwrap();
     lanewright(dir.path(), &["project", "infer", "TransverseMercator"]).exits(1);
+}
+
+/// GDAL, and so QGIS, reads no file with other ids of nodes; JOSM asks before it uploads a file that says so.
+#[test]
+fn a_built_map_is_canonical_and_other_programs_read_it() {
+    let dir = tempfile::tempdir().unwrap();
+    for sample in ["roundabout_right.osm", "staggered_left.osm", "turn_lanes_right.osm", "survey_right.xodr"] {
+        let input = root().join("sample_maps").join(sample);
+        lanewright(dir.path(), &["build", input.to_str().unwrap(), "-o", "map", "--force"]).exits(0);
+        lanewright(dir.path(), &["fmt", "map", "--check"]).exits(0);
+        let text = fs::read_to_string(dir.path().join("map/lanelet2_map.osm")).unwrap();
+        assert!(text.contains("<osm version=\"0.6\" generator=\"lanewright\" upload=\"false\">"));
+        let ids: Vec<i64> =
+            text.split("<node id=\"").skip(1).map(|one| one.split('"').next().unwrap().parse().unwrap()).collect();
+        assert!(ids.iter().all(|id| (0..140_737_488_289_792).contains(id)) && ids.is_sorted(), "{sample}");
+        let heights: Vec<&str> =
+            text.split("k=\"ele\" v=\"").skip(1).map(|one| one.split('"').next().unwrap()).collect();
+        assert!(heights.len() == ids.len() && heights.iter().all(|height| height.contains('.')), "{sample}");
+    }
+}
+
+#[test]
+fn a_map_is_built_into_a_directory() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_left.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "town.osm"])
+        .fails_saying(&["that names a file", "give `town`"]);
+    fs::create_dir(dir.path().join("old.osm")).unwrap();
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "old.osm"]).exits(0);
+}
+
+#[test]
+fn several_maps_are_checked_one_after_the_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let [good, bad] = ["good", "bad-invalid"].map(|name| root().join(format!("tests/rules/vm-03-08/{name}.osm")));
+    let [good, bad] = [good.to_str().unwrap(), bad.to_str().unwrap()];
+    let told = lanewright(dir.path(), &["check", good, bad, "--isolated"]).exits(1).stdout;
+    let both = [good, bad].map(|map| told.lines().position(|line| line == map).unwrap());
+    assert!(both.is_sorted() && told.contains("no findings"), "{told}");
+    // A map that cannot be read does not hide what the others have.
+    let run = lanewright(dir.path(), &["check", "missing.osm", bad, "--format", "concise"]).exits(2);
+    assert!(
+        run.stdout.contains("vm-03-08/invalid") && run.stderr.contains("missing.osm"),
+        "{}{}",
+        run.stdout,
+        run.stderr
+    );
+    lanewright(dir.path(), &["check", good, bad, "--format", "json"]).fails_saying(&["several maps", "give one map"]);
+    lanewright(dir.path(), &["check", good, bad, "--watch"]).fails_saying(&["--watch is for one map"]);
+}
+
+#[test]
+fn results_alone_where_that_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_left.osm");
+    let build = ["build", sample.to_str().unwrap(), "-o", "map"];
+    assert!(lanewright(dir.path(), &build).exits(0).stdout.contains("24 lanelets"));
+    let run = lanewright(dir.path(), &[&build[..], &["-q"]].concat()).exits(0);
+    assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+    let run = lanewright(dir.path(), &["draw", "map", "-o", "a.svg", "--quiet"]).exits(0);
+    assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+    assert_eq!(lanewright(dir.path(), &["check", "map", "-q"]).exits(0).stdout, "no findings\n");
+}
+
+#[test]
+fn concise_lines_are_of_the_severity_that_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let bad = root().join("tests/rules/vm-03-08/bad-invalid.osm");
+    let check = ["check", bad.to_str().unwrap(), "--isolated", "--format", "concise"];
+    let all = lanewright(dir.path(), &check).exits(1).stdout;
+    let errors = lanewright(dir.path(), &[&check[..], &["--show", "error"]].concat()).exits(1).stdout;
+    let lines = |text: &str| text.lines().filter(|line| line.contains('[')).map(str::to_owned).collect::<Vec<_>>();
+    let meant: Vec<String> = lines(&all).into_iter().filter(|line| line.contains(" error[")).collect();
+    assert_eq!(lines(&errors), meant);
+    assert!(!meant.is_empty() && errors.lines().last() == all.lines().last(), "all are counted");
+}
+
+#[test]
+fn rules_are_listed_for_programs() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = lanewright(dir.path(), &["rules", "--format", "json"]).exits(0).stdout;
+    let rules: Vec<serde_json::Value> = serde_json::from_str(&told).unwrap();
+    let rule = rules.iter().find(|rule| rule["id"] == "vm-03-08").unwrap();
+    assert!(rule["source"].as_str().unwrap().starts_with("https://"), "{rule}");
+    let codes: Vec<&str> =
+        rule["faults"].as_array().unwrap().iter().map(|fault| fault["code"].as_str().unwrap()).collect();
+    assert!(codes.contains(&"vm-03-08/invalid"), "{codes:?}");
+    let told = lanewright(dir.path(), &["rules", "--format", "json", "--profile", "tier4"]).exits(0).stdout;
+    let validators: Vec<serde_json::Value> = serde_json::from_str(&told).unwrap();
+    assert!(validators.iter().all(|one| one["name"].is_string() && one["code"].is_string()), "{told}");
 }

@@ -220,7 +220,7 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds a point that lies at a height, metres, whatever the ground is.
     pub fn point_at(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
-        let id = PointId(self.id(key));
+        let id = PointId(key.node_id(|id| self.is_contested(id)));
         let point = Point::new(id, position, Some(ele)).with_attributes(attributes);
         self.put(|part| &mut part.map.points, point);
         id

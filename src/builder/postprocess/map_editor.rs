@@ -76,7 +76,7 @@ impl<'m> MapEditor<'m> {
 
     /// Adds a point. `ele` is its elevation, metres.
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
-        let id = PointId(self.free_id(key));
+        let id = PointId(key.node_id(|id| is_taken(self.map, id)));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
         self.map.points.insert(Point::new(id, position, Some(ele)).with_lonlat(lonlat));
         id
