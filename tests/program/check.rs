@@ -254,7 +254,7 @@ fn infos_are_counted_until_they_are_asked_for() {
     says(&run, "lanewright explain vm-03-02/turn-missing");
     says(&run, "lanewright fix maps/one/map.osm");
     says(&run, "lanewright check maps/one/map.osm --report report.html");
-    text(&["--show", "info", "--format", "json"]).fails_saying(&["--show is for text, full and --report"]);
+    text(&["--show", "info", "--format", "json"]).fails_saying(&["--show is for text, full, concise and --report"]);
     says(&text(&["--show", "info", "--format", "json", "--report", "page.html"]).exits(1), "\"schema_version\"");
     says(&text(&["--report", "page.html"]).exits(1), "  look        page.html\n");
     // A packed map is not mended where it is.
