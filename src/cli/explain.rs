@@ -145,10 +145,8 @@ fn in_json(rule: &Requirement) -> Value {
 }
 
 fn list_as_json(list: &Vec<Value>) -> Result<u8, Failure> {
-    output::print_with(|out| {
-        serde_json::to_writer_pretty(&mut *out, list)?;
-        writeln!(out)
-    })?;
+    let text = serde_json::to_string_pretty(list).map_err(|error| Failure::new(error.to_string()))?;
+    output::print(&format!("{text}\n"))?;
     Ok(CLEAN)
 }
 

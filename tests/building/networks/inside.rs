@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use lanewright::builder::Built;
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::Point;
-use lanewright::lanelet::{LaneletMap, LineString, LineStringId, PointId};
+use lanewright::lanelet::{Lanelet, LaneletMap, LineString, LineStringId, PointId};
 use lanewright::settings::Document;
 
 use super::{SIDES, built, crossing, elements, found, referrers, signalised_crossing, undrawn};
@@ -124,10 +124,12 @@ fn what_cannot_be_drawn_is_named_with_its_place_and_left_out() {
 /// lane's width inside, and everything is moved by degrees.
 fn guide_line(map: &LaneletMap, inside: f64, by: f64) -> String {
     let far = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "left"));
-    // By its id, as the order of the map is nobody's promise: one that leads where the move takes no width.
-    let lanelet = far.max_by_key(|lanelet| lanelet.id).unwrap();
     let bound =
         |bound| -> Vec<_> { map.bound_points(bound).map(|point| (point.position, point.lonlat().unwrap())).collect() };
+    // One along which the move, to the north-east, leads, so that it takes and gives little width.
+    let north_east = |bound: &[(Point, _)]| bound.iter().map(|(at, _)| at.x + at.y).sum::<f64>() / bound.len() as f64;
+    let room = |lanelet: &&Lanelet| north_east(&bound(lanelet.right)) - north_east(&bound(lanelet.left));
+    let lanelet = far.min_by(|a, b| room(a).abs().total_cmp(&room(b).abs())).unwrap();
     let (left, right) = (bound(lanelet.left), bound(lanelet.right));
     let count = right.len() * 6 / 10;
     let places = right.iter().take(count).enumerate().map(|(i, (place, at))| {
