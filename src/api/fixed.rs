@@ -53,7 +53,7 @@ impl ProjectorFile {
     /// ellipsoid, as Autoware does: that is why it needs a look.
     fn missing(map: &Loaded) -> Option<Self> {
         let needed = map.faults.iter().find_map(|fault| match fault.condition {
-            Condition::ProjectorInfo(InfoFault::Missing { needed }) => needed,
+            Condition::ProjectorInfo(InfoFault::Missing { needed, .. }) => needed,
             _ => None,
         })?;
         let path = map.files.first()?.with_file_name(INFO);

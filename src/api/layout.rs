@@ -135,6 +135,7 @@ pub(crate) fn osm_data(input: &Path, options: &LayoutOptions) -> Result<(OsmData
     }
     let mut data = OsmData::default();
     osm::read_bytes(&mut data, &input.display().to_string(), bytes).map_err(unread)?;
+    osm::refuse_off_earth(&data).map_err(unread)?;
     Ok((data, build))
 }
 
@@ -222,6 +223,7 @@ fn of_osm(
 ) -> Result<Plan, Error> {
     let mut data = OsmData::default();
     osm::read_bytes(&mut data, name, bytes).map_err(unread)?;
+    osm::refuse_off_earth(&data).map_err(unread)?;
     tell(&format!("laying out the streets of {name}"));
     if let Some(kind) = said.projector {
         let extent = Extent::of(data.nodes.iter().filter_map(|node| node.position));

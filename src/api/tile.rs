@@ -91,6 +91,7 @@ impl TileBuilder {
             Input::Bytes(InMemory { bytes, .. }) => bytes.clone(),
         };
         osm::read_bytes(&mut osm, &data.name(), bytes).map_err(unread)?;
+        osm::refuse_off_earth(&osm).map_err(unread)?;
         osm.bounds.clone_from(&self.bounds);
         let options = BuildOptions { contested: contested.clone(), ..self.options.clone() };
         match plan(osm, &options) {

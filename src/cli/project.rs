@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Edit, Fix, Subject};
 use crate::fix::edited;
-use crate::lanelet::{INFO, ProjectorFrom, open, twice};
-use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
+use crate::lanelet::{Evidence, INFO, Inferred, Opened, ProjectorFrom, inferred_projector, open, twice};
+use crate::osm::fixed;
+use crate::projection::{Extent, LonLat, MgrsGrid, Projector, Twice, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 
 use super::args::{CLEAN, ProjectorArg, place};
@@ -67,40 +68,81 @@ pub fn run(verb: &ProjectVerb) -> Result<u8, Failure> {
     }
 }
 
-/// Says which projections explain the map's metres by its degrees, and whether the one that the map names does.
+/// Says which projection the map was made with, as `check` and `fix` take it where no file names it, and whether the one that the
+/// map names is that.
 fn infer_map(map: &Path) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let opened = open(map, None).map_err(open_failure)?;
-    let points = twice(&opened.osm);
-    if points.is_empty() {
-        return Err(Failure::new(format!("no node of {} has both degrees and metres", map.display()))
-            .help("lat and lon, local_x and local_y on the same node tell the projection; `lanewright project convert` adds the latter"));
-    }
     progress.next("measuring");
-    let found = infer(&points);
+    let points = twice(&opened.osm);
+    let inferred = inferred_projector(&opened.osm);
+    let mut text = if points.is_empty() { told_by_degrees(&opened, &inferred)? } else { told_by_metres(&points) };
     drop(progress);
-    let mut text = format!("{} nodes have degrees and metres\n", points.len());
+    let unexplained = !points.is_empty() && inferred.evidence != Evidence::LocalCoordinates;
     // Writing to a string cannot fail.
-    for one in &found {
-        let _ = writeln!(text, "{:>12}  {}", millimetres(one.residual), one.projector);
-    }
-    let best = found.first().filter(|best| best.residual <= EXPLAINED);
-    if let Some(best) = best {
-        let _ = write!(text, "\n{INFO}:\n{}", write_info(&best.projector, VerticalDatum::default()));
-    } else {
-        text += "\nnone of Autoware's projections explains this map\n";
-    }
+    let _ = match unexplained {
+        true => writeln!(text, "\nnone of Autoware's projections explains this map"),
+        false => write!(text, "\n{INFO}:\n{}", write_info(&inferred.projector, VerticalDatum::default())),
+    };
     let code = match opened.projector_from {
         ProjectorFrom::Info(file) => {
+            let _ = write!(text, "\n{} says {}", output::shown(&file), opened.projector);
             let far = residual(&points, &opened.projector);
-            let _ = writeln!(text, "\n{} says {}: {}", output::shown(&file), opened.projector, millimetres(far));
+            let _ = if points.is_empty() { writeln!(text) } else { writeln!(text, ": {}", millimetres(far)) };
             if far <= EXPLAINED && opened.info.is_sound() { CLEAN } else { UNEXPLAINED }
         }
-        _ if best.is_some() && opened.info.is_sound() => CLEAN,
+        _ if !unexplained && opened.info.is_sound() => CLEAN,
         _ => UNEXPLAINED,
     };
     output::print(&text)?;
     Ok(code)
+}
+
+/// How well each projection explains the metres of nodes by their degrees.
+fn told_by_metres(points: &[Twice]) -> String {
+    let mut text = format!("{} nodes have degrees and metres\n", points.len());
+    for one in infer(points) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:>12}  {}", millimetres(one.residual), one.projector);
+    }
+    text
+}
+
+/// Where a map lies of which no node has both degrees and metres, and which projections are possible.
+fn told_by_degrees(opened: &Opened, inferred: &Inferred) -> Result<String, Failure> {
+    let places = opened.osm.nodes.iter().filter_map(|node| node.position);
+    let places: Vec<LonLat> = places.filter(|place| *place != LonLat::default()).collect();
+    let extent = match &inferred.evidence {
+        Evidence::Metres => return Ok("lat and lon are metres, not degrees: only Local is possible\n".to_owned()),
+        Evidence::NoDegrees => return Ok("no node has degrees, only metres: only Local is possible\n".to_owned()),
+        _ => Extent::of(places.iter().copied()),
+    };
+    let Some(extent) = extent else {
+        return Err(Failure::new("no node of the map has degrees or metres")
+            .help("lat and lon, or local_x and local_y, say where a node lies"));
+    };
+    let center = extent.center();
+    let [lat, lon] = [center.lat, center.lon].map(|degrees| fixed(degrees, 6));
+    let squares = match (&inferred.evidence, inferred.projector) {
+        (Evidence::Squares(squares), _) => {
+            let names: Vec<String> = squares.iter().map(ToString::to_string).collect();
+            format!("crosses the MGRS squares {}", names.join(", "))
+        }
+        (_, Projector::Mgrs(grid)) => format!("lies in UTM zone {}, MGRS square {grid}", grid.zone()),
+        _ => "lies in no MGRS square".to_owned(),
+    };
+    let possible = match &inferred.evidence {
+        Evidence::Squares(_) => {
+            "MGRS is not possible: Autoware folds the squares into one. Possible are TransverseMercator and LocalCartesian, and LocalCartesianUTM within one zone, each with an origin in the map"
+        }
+        _ => {
+            "MGRS is possible, to which Autoware falls back; so are TransverseMercator, LocalCartesianUTM and LocalCartesian, each with an origin in the map"
+        }
+    };
+    Ok(format!(
+        "{} nodes have degrees, none has local_x and local_y\nthe map {squares}, around latitude {lat}, longitude {lon}\n{possible}\n",
+        places.len()
+    ))
 }
 
 /// Writes the map with the metres of another projection.

@@ -20,12 +20,12 @@ pub struct LoadFault {
 impl LoadFault {
     /// Whether it says that local coordinates of the map are metres of another projection than its projector's.
     pub fn leaves_projector_open(&self) -> bool {
-        match &self.condition {
-            Condition::LocalShifted { .. } | Condition::LocalUnexplained { .. } => true,
-            Condition::ProjectorInfo(InfoFault::AtOdds { .. }) => true,
-            Condition::ProjectorInfo(InfoFault::Missing { needed }) => needed.is_some_and(|it| it != Projector::Local),
-            _ => false,
-        }
+        matches!(
+            self.condition,
+            Condition::LocalShifted { .. }
+                | Condition::LocalUnexplained { .. }
+                | Condition::ProjectorInfo(InfoFault::AtOdds { .. })
+        )
     }
 }
 
@@ -62,8 +62,10 @@ impl std::fmt::Display for BoundRole {
 pub enum InfoFault {
     /// There is none.
     Missing {
-        /// What explains the local coordinates, if MGRS does not.
+        /// What explains the coordinates, if MGRS does not.
         needed: Option<Projector>,
+        /// The squares of MGRS that the map crosses, where that is why MGRS does not.
+        squares: Vec<MgrsGrid>,
     },
     /// It has another name.
     Misnamed {
@@ -303,15 +305,27 @@ pub enum Condition {
     IdNotPositive,
     /// Polygon: the id does not fit 31 bits; Autoware reads `intersection_area` with `atoi`.
     PolygonIdTooLarge,
-    /// Node: `lat` or `lon` is absent or not a number; it loads as 0, 0.
+    /// Node: `lat` or `lon` is absent, not a number or not on Earth; it loads as 0, 0.
     BadCoordinate {
+        /// Latitude and longitude, where they are numbers.
+        said: Option<[f64; 2]>,
         /// Where its `local_x` and `local_y` are, if the projector explains those of the other nodes.
         meant: Option<LonLat>,
     },
     /// Node: the projection does not reach it; it loads at the origin.
     Unprojectable,
+    /// Map: latitudes and longitudes are metres.
+    MetresAsDegrees {
+        /// Those of the first node.
+        first: [f64; 2],
+    },
     /// Node: no `ele`, which loads as 0.
     NoElevation,
+    /// Map: all nodes without `ele` lie at height 0, where Lanelet2's own writer leaves it out.
+    ElevationLeftOut {
+        /// How many.
+        nodes: usize,
+    },
     /// Node: `ele` is not a number, which loads as 0.
     BadElevation {
         /// As written.

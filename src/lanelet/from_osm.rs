@@ -39,7 +39,8 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
     let (firsts, areas) = (firsts(osm, &repeated), FxHashSet::default());
-    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, firsts, repeats, local, areas };
+    let off_earth = osm.oddities.iter().filter_map(|odd| Some((odd.element?.1, odd.off_earth?))).collect();
+    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, firsts, repeats, local, off_earth, areas };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
     loader.loaded.map.local = local;
     loader.nodes(projector);
@@ -59,6 +60,8 @@ struct Loader<'a> {
     firsts: FxHashMap<i64, &'a Relation>,
     repeats: duplicate_ids::DuplicateIds<'a>,
     local: bool,
+    /// Latitude and longitude of nodes that lie nowhere on Earth.
+    off_earth: FxHashMap<i64, [f64; 2]>,
     /// The areas that load.
     areas: FxHashSet<i64>,
 }

@@ -33,7 +33,9 @@ pub fn locate(map: &LaneletMap, subject: Subject, place: &Place) -> Located {
         Place::Unknown => None,
     };
     let local = local.or_else(|| middle_of(&points.iter().map(|p| p.position).collect::<Vec<_>>()));
-    Located { span: span_of(map, subject), local, lonlat: lonlat_of(&points, local) }
+    // Where local coordinates count, 0, 0 says that there is no other place.
+    let lonlat = lonlat_of(&points, local).filter(|place| !map.local || *place != LonLat::default());
+    Located { span: span_of(map, subject), local, lonlat }
 }
 
 /// Two points farther apart than this, metres, tell how the plane is turned against north, ...

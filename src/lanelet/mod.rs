@@ -10,6 +10,7 @@ mod element_roles;
 mod fault;
 mod from_osm;
 pub mod index;
+mod inferred_projector;
 pub mod lane_change;
 pub mod locate;
 pub mod number;
@@ -30,6 +31,7 @@ pub use cell_metadata::MAP;
 pub use element_roles::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat, RingFault};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm, is_area, positions};
+pub use inferred_projector::{Evidence, Inferred, inferred_projector, twice};
 pub use open::{
     OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, locate_files, open, open_bytes,
     projector_for, read_elements,
@@ -37,7 +39,7 @@ pub use open::{
 pub use point::Point;
 pub use primitive_layer::Primitive;
 pub use primitive_layer::{Cursor, PrimitiveLayer};
-pub use projector_info::{INFO, ProjectorInfo, twice};
+pub use projector_info::{INFO, ProjectorInfo};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.

@@ -5,10 +5,10 @@ mod map_files;
 
 use std::path::{Path, PathBuf};
 
-use crate::osm::{OsmData, read_bytes};
+use crate::osm::{OsmData, read_bytes, refuse_off_earth};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
-use super::{Loaded, ProjectorInfo, from_osm};
+use super::{Loaded, ProjectorInfo, from_osm, inferred_projector};
 pub use error::OpenError;
 use map_files::MapFiles;
 
@@ -38,7 +38,7 @@ pub enum ProjectorFrom {
     Caller,
     /// This `map_projector_info.yaml`.
     Info(PathBuf),
-    /// The map itself: MGRS of its first node, or no projection if no node has longitude and latitude.
+    /// The map itself: see [`inferred_projector`].
     Map,
 }
 
@@ -128,6 +128,7 @@ fn vet(path: &Path, osm: &OsmData) -> Result<(), OpenError> {
     if is_lanelet2(osm) {
         return Ok(());
     }
+    refuse_off_earth(osm)?;
     let path = path.to_path_buf();
     Err(if is_navigation_osm(osm) {
         let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
@@ -145,17 +146,20 @@ fn opened(
     projector: Option<Projector>,
 ) -> Result<Opened, OpenError> {
     vet(path, &osm)?;
-    let (projector, projector_from) = match (projector, info.projector(), &info.path) {
-        (Some(projector), ..) => (projector, ProjectorFrom::Caller),
-        (None, Some(projector), Some(path)) => (projector, ProjectorFrom::Info(path.clone())),
-        _ => (projector_for(&osm), ProjectorFrom::Map),
+    let (projector, projector_from, info) = match (projector, info.projector(), &info.path) {
+        (Some(projector), ..) => (projector, ProjectorFrom::Caller, info),
+        (None, Some(projector), Some(path)) => (projector, ProjectorFrom::Info(path.clone()), info),
+        _ => {
+            let inferred = inferred_projector(&osm);
+            (inferred.projector, ProjectorFrom::Map, info.with_inferred(inferred))
+        }
     };
     let mut loaded = from_osm(&osm, &projector);
     info.judge(&osm, &projector, &mut loaded.faults);
     Ok(Opened { osm, files, projector, projector_from, info, divided: false, loaded })
 }
 
-/// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and
+/// The projector that the first nodes of a map tell: MGRS, to which Autoware falls back; a map whose nodes have no longitude and
 /// latitude at all, or 0 throughout, can only be meant for `Local`.
 pub fn projector_for(osm: &OsmData) -> Projector {
     let placed = osm.nodes.iter().filter_map(|n| n.position).find(|p| *p != LonLat::default());

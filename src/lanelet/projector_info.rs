@@ -5,17 +5,14 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Subject, nearest};
 use crate::osm::OsmData;
-use crate::projection::{Explained, Info, LonLat, MgrsGrid, Projector, Twice, VerticalDatum, infer, read_info, share};
+use crate::projection::{Info, LonLat, MgrsGrid, Projector, VerticalDatum, read_info};
 
 use super::fault::{Condition, InfoFault, LoadFault};
+use super::inferred_projector::{Evidence, Inferred, explaining, twice};
 
 /// What Autoware calls the projector's file beside a map.
 pub const INFO: &str = "map_projector_info.yaml";
 
-/// Local coordinates are explained up to this distance, metres: what editors leave.
-const EXPLAINED: f64 = 0.05;
-/// A projection that explains this share of the nodes (1) is the map's: the others were moved by degrees or by metres alone.
-const NEARLY_ALL: f64 = 0.95;
 /// The shortest distance to an origin that is worth a word to the rules, metres.
 const BESIDE: f64 = 10_000.0;
 /// Mean radius of the earth, metres.
@@ -32,6 +29,8 @@ pub struct ProjectorInfo {
     overruled: bool,
     /// Whether Autoware would look for the file beside this map.
     expected: bool,
+    /// What the map tells, where the file does not.
+    inferred: Option<Inferred>,
 }
 
 impl ProjectorInfo {
@@ -45,7 +44,13 @@ impl ProjectorInfo {
 
     /// A file of this name, with this text.
     pub fn of(path: &Path, text: &str) -> Self {
-        Self { path: Some(path.to_path_buf()), info: Some(read_info(text)), overruled: false, expected: true }
+        Self { path: Some(path.to_path_buf()), info: Some(read_info(text)), expected: true, ..Self::default() }
+    }
+
+    /// The same, with what the map tells.
+    #[must_use]
+    pub(super) fn with_inferred(self, inferred: Inferred) -> Self {
+        Self { inferred: Some(inferred), ..self }
     }
 
     /// Somebody else has named the projector.
@@ -73,6 +78,20 @@ impl ProjectorInfo {
         (name != INFO).then_some(name)
     }
 
+    /// What the file that is not there would have to say.
+    fn missing(&self, projector: Projector) -> Option<InfoFault> {
+        let evidence = self.inferred.as_ref().map(|inferred| &inferred.evidence);
+        if evidence == Some(&Evidence::Metres) {
+            return None;
+        }
+        let needed = Some(projector).filter(|projector| !matches!(projector, Projector::Mgrs(_)));
+        let squares = match evidence {
+            Some(Evidence::Squares(squares)) => squares.clone(),
+            _ => Vec::new(),
+        };
+        (needed.is_some() || self.expected).then_some(InfoFault::Missing { needed, squares })
+    }
+
     /// Says what is wrong with the file, and no longer of the nodes what only follows from it.
     pub fn judge(&self, osm: &OsmData, projector: &Projector, faults: &mut Vec<LoadFault>) {
         if self.overruled {
@@ -85,16 +104,18 @@ impl ProjectorInfo {
             let unread = info.unread.iter().cloned();
             found.extend(unread.map(|(key, meant)| InfoFault::Unread { key, meant }));
         }
-        let odds = at_odds(osm, projector, faults);
-        match (self.info.is_some(), odds, self.projector()) {
-            (false, Some(needed), _) => found.push(InfoFault::Missing { needed: Some(needed) }),
-            (false, None, _) if self.expected || *projector == Projector::Local => {
-                let needed = Some(*projector).filter(|projector| *projector == Projector::Local);
-                found.push(InfoFault::Missing { needed });
+        match (self.info.is_some(), self.projector()) {
+            // Where nobody has asked the map, what does not fit it still tells.
+            (false, _) if self.inferred.is_none() => {
+                let meant = at_odds(osm, projector, faults);
+                found.extend(self.missing(meant.unwrap_or(*projector)));
             }
-            (true, Some(meant), Some(said)) => found.push(InfoFault::AtOdds { said, meant }),
-            (true, None, Some(said)) => found.extend(other_grid(osm, said, faults).or_else(|| far_origin(osm, said))),
-            _ => {}
+            (false, _) => found.extend(self.missing(*projector)),
+            (true, Some(said)) => match at_odds(osm, projector, faults) {
+                Some(meant) => found.push(InfoFault::AtOdds { said, meant }),
+                None => found.extend(other_grid(osm, said, faults).or_else(|| far_origin(osm, said))),
+            },
+            (true, None) => {}
         }
         let fault = |fault| LoadFault { subject: Subject::Map, span: None, condition: Condition::ProjectorInfo(fault) };
         faults.extend(found.into_iter().map(fault));
@@ -124,9 +145,7 @@ fn at_odds(osm: &OsmData, projector: &Projector, faults: &mut Vec<LoadFault>) ->
     if !faults.iter().any(of_all) {
         return None;
     }
-    let points = twice(osm);
-    let is_explained = |one: &Explained| share(&points, &one.projector, EXPLAINED) >= NEARLY_ALL;
-    let best = infer(&points).into_iter().find(is_explained)?.projector;
+    let best = explaining(&twice(osm))?;
     if best == *projector {
         return None;
     }
@@ -173,18 +192,6 @@ fn apart(a: LonLat, b: LonLat) -> f64 {
     let [north, south] = [a.lat, b.lat].map(|lat| lat.to_radians().cos());
     let h = half(a.lat, b.lat) + north * south * half(a.lon, b.lon);
     2.0 * EARTH * h.clamp(0.0, 1.0).sqrt().asin()
-}
-
-/// The nodes whose place is said in degrees and in metres.
-pub fn twice(osm: &OsmData) -> Vec<Twice> {
-    let number = |text: Option<&str>| text?.trim().parse().ok().filter(|number: &f64| number.is_finite());
-    let both = osm.nodes.iter().filter_map(|node| {
-        let place = node.position.filter(|place| *place != LonLat::default())?;
-        let local = [number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?];
-        let ele = number(node.tags.get("ele")).unwrap_or(0.0);
-        Some(Twice { place, ele, local: local.into() })
-    });
-    both.collect()
 }
 
 #[cfg(test)]

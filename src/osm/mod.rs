@@ -22,7 +22,7 @@ pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use limits::{limit_input, most_input};
 pub use load::load;
-pub use read::{Block, Blocks, DataBlocks, read_bytes, read_file, read_files};
+pub use read::{Block, Blocks, DataBlocks, read_bytes, read_file, read_files, refuse_off_earth};
 pub use replace::Stretch;
 pub use tags::Tags;
 pub use write::OsmText;
@@ -125,6 +125,8 @@ pub struct Oddity {
     pub message: String,
     /// Where it is.
     pub span: SourceSpan,
+    /// Latitude and longitude as written, where they are numbers and no place on Earth.
+    pub off_earth: Option<[f64; 2]>,
 }
 
 /// The kinds of [`Oddity`].
@@ -301,7 +303,13 @@ fn index<E: Element>(elements: &[E], from: usize, index: &mut FxHashMap<i64, u32
         let (kind, id, span) = element.identity();
         index.insert(id, at as u32)?;
         let message = format!("{kind} id {id} is used twice");
-        Some(Oddity { kind: OddityKind::DuplicateId, element: Some((kind, id)), message, span: span.clone() })
+        Some(Oddity {
+            kind: OddityKind::DuplicateId,
+            element: Some((kind, id)),
+            message,
+            span: span.clone(),
+            off_earth: None,
+        })
     };
     elements.iter().enumerate().skip(from).filter_map(repeated).collect()
 }

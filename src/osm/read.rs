@@ -16,7 +16,7 @@ mod parts;
 pub use blocks::{Block, Blocks};
 pub use data_blocks::DataBlocks;
 
-use parser::{Parser, Place};
+use parser::{Parser, Place, broken};
 
 /// Reads one file.
 ///
@@ -57,6 +57,22 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
         data.push_bounds(Extent::EARTH);
     }
     Ok(())
+}
+
+/// Refuses data with a node that lies nowhere on Earth, for those who need to know where everything is.
+///
+/// # Errors
+///
+/// If there is such a node: the first.
+pub fn refuse_off_earth(data: &OsmData) -> Result<(), ReadError> {
+    let Some(odd) = data.oddities.iter().find(|odd| odd.off_earth.is_some()) else { return Ok(()) };
+    let Some(source) = data.sources.get(odd.span.file as usize) else { return Ok(()) };
+    let help = "latitudes run from -90 to 90, longitudes from -180 to 180; are the two swapped?";
+    let mut error = broken(&source.name, &source.text, odd.span.start as usize, odd.message.clone(), help);
+    if let ReadError::Broken { text, .. } = &mut error {
+        text.clone_from(&source.text);
+    }
+    Err(error)
 }
 
 fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {

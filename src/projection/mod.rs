@@ -126,14 +126,16 @@ pub enum Projector {
 impl std::fmt::Display for Projector {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())?;
+        // A millimetre is enough to read; adding 0 turns -0 into 0.
+        let degrees = |degrees: f64| (degrees * 1e8).round() / 1e8 + 0.0;
         match *self {
             Self::Mgrs(grid) => write!(f, " {grid}"),
             Self::Local => Ok(()),
             Self::TransverseMercator { origin, scale_factor } => {
-                write!(f, ", origin {:.8}, {:.8}, scale {scale_factor}", origin.lat, origin.lon)
+                write!(f, ", origin {:.8}, {:.8}, scale {scale_factor}", degrees(origin.lat), degrees(origin.lon))
             }
             Self::LocalCartesianUtm { origin } | Self::LocalCartesian { origin } => {
-                write!(f, ", origin {:.8}, {:.8}", origin.lat, origin.lon)
+                write!(f, ", origin {:.8}, {:.8}", degrees(origin.lat), degrees(origin.lon))
             }
         }
     }
@@ -173,11 +175,16 @@ impl Projector {
         match MgrsGrid::of(center) {
             // A square that two latitude bands share has two names, and Autoware warns of each point whose name is another.
             Some(grid) if squares.iter().all(|square| *square == Some(grid)) => Self::Mgrs(grid),
-            _ => {
-                let round = |degrees: f64| (degrees * ORIGIN_STEPS_PER_DEGREE).round() / ORIGIN_STEPS_PER_DEGREE;
-                Self::transverse_mercator(LonLat { lon: round(center.lon), lat: round(center.lat) })
-            }
+            _ => Self::around(extent),
         }
+    }
+
+    /// A transverse Mercator with its origin in the middle of the box.
+    pub fn around(extent: &Extent) -> Self {
+        let center = extent.center();
+        // Adding 0 turns -0 into 0.
+        let round = |degrees: f64| (degrees * ORIGIN_STEPS_PER_DEGREE).round() / ORIGIN_STEPS_PER_DEGREE + 0.0;
+        Self::transverse_mercator(LonLat { lon: round(center.lon), lat: round(center.lat) })
     }
 
     /// The value of `projector_type`.

@@ -2,10 +2,12 @@
 
 use std::io::{self, Write};
 
+use super::details::spot;
 use super::{Position, Sources, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// Writes `file:line:column: severity[code] message (at lat, lon)`, one line per finding.
+/// Writes `file:line:column: severity[code] message (at lat, lon)`, one line per finding; in metres where a map has only
+/// those.
 ///
 /// # Errors
 ///
@@ -33,8 +35,8 @@ pub fn sentence(diagnostic: &Diagnostic) -> String {
         Some(id) if !names(&finding.message, id) => format!("{}: {}", finding.subject, finding.message),
         _ => finding.message.clone(),
     };
-    if let Some(at) = diagnostic.lonlat {
-        sentence.push_str(&format!(" (at {:.7}, {:.7})", at.lat, at.lon));
+    if let Some(at) = spot(diagnostic) {
+        sentence.push_str(&format!(" (at {at})"));
     }
     sentence
 }

@@ -36,10 +36,22 @@ fn short(value: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// Latitude and longitude; where a map has none, metres to the east and north in its plane.
+pub fn spot(diagnostic: &Diagnostic) -> Option<String> {
+    globe(diagnostic).or_else(|| plane(diagnostic))
+}
+
+fn globe(diagnostic: &Diagnostic) -> Option<String> {
+    diagnostic.lonlat.map(|at| format!("{:.7}, {:.7}", at.lat, at.lon))
+}
+
+fn plane(diagnostic: &Diagnostic) -> Option<String> {
+    diagnostic.local.map(|at| format!("x {:.2} m, y {:.2} m", at.x, at.y))
+}
+
 /// Latitude and longitude, then metres to the east and north in the map's plane.
 fn place(diagnostic: &Diagnostic) -> Option<String> {
-    let globe = diagnostic.lonlat.map(|at| format!("{:.7}, {:.7}", at.lat, at.lon));
-    let plane = diagnostic.local.map(|at| format!("x {:.2} m, y {:.2} m", at.x, at.y));
+    let (globe, plane) = (globe(diagnostic), plane(diagnostic));
     match (globe, plane) {
         (None, None) => None,
         (Some(globe), Some(plane)) => Some(format!("place: {globe} ({plane})")),

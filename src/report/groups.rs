@@ -13,6 +13,10 @@ use crate::requirement::Requirement;
 /// The chapter of what is wrong with the file itself: as long as it does not load as drawn, the rest says little.
 const FILE: &str = "map health: the file";
 
+/// Its rules, causes before what follows from them: under a wrong projector nodes lie elsewhere, and what nodes lie elsewhere or are
+/// taken for others does not load as drawn.
+const CAUSES: [&str; 4] = ["projector", "ids", "node", "load"];
+
 /// Stands for numbers that differ from finding to finding.
 const MANY: &str = "…";
 
@@ -30,7 +34,7 @@ pub struct Group {
 }
 
 /// Groups findings, each given by severity, code and message: the worst first; of one severity, what is wrong with the file
-/// itself before the rest, then the rules with most findings, of a rule the codes with most, then the groups with most. Ties are
+/// itself before the rest, causes before what follows from them, then the rules with most findings, of a rule the codes with most, then the groups with most. Ties are
 /// in the order of the run.
 pub fn groups<'a>(
     findings: impl IntoIterator<Item = (Severity, &'a str, &'a str)>,
@@ -54,7 +58,9 @@ pub fn groups<'a>(
     groups.sort_by_cached_key(|((severity, code, _), Alike { members, .. })| {
         let most = |(count, first): (usize, usize)| (Reverse(count), first);
         let (rule, code_rank) = (of_rule[&(*severity, split_code(code).0)], of_code[&(*severity, *code)]);
-        let rank = (Reverse(*severity), !in_file(code), most(rule), most(code_rank));
+        let cause = CAUSES.iter().position(|rule| in_file(code) && *rule == split_code(code).0);
+        let cause = cause.unwrap_or(CAUSES.len());
+        let rank = (Reverse(*severity), !in_file(code), cause, most(rule), most(code_rank));
         (rank, Reverse(members.len()), members[0])
     });
     let group = |((severity, code, words), alike): ((_, &str, Vec<&str>), Alike<'_>)| Group {

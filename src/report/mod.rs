@@ -3,6 +3,7 @@
 //! One file per format; each turns a [`Report`] into text. Knows no rule.
 
 mod concise;
+mod consequences;
 mod details;
 pub mod diff;
 pub mod draw;

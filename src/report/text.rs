@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use super::consequences::causes;
+use super::details::spot;
 use super::{Group, Report, TextStyle, groups, summary, visible};
 use crate::diagnostic::{Diagnostic, Severity, Subject};
 
@@ -33,11 +35,15 @@ pub fn text(out: &mut dyn Write, report: &Report<'_>, next: &Next<'_>, style: Te
     }
     writeln!(out, "{}: {}\n", visible(next.map), summary(found))?;
     let messages = found.iter().map(|one| (one.severity, one.code.as_str(), one.finding.message.as_str()));
-    let groups = groups(messages, report.requirements);
+    let mut groups = groups(messages, report.requirements);
+    let causes = causes(found, report.map);
+    // What follows from another finding is counted under it.
+    groups.iter_mut().for_each(|group| group.members.retain(|&at| causes[at].is_none()));
+    groups.retain(|group| !group.members.is_empty());
     let (shown, counted) = groups.split_at(groups.partition_point(|group| group.severity >= report.show));
     for of_code in shown.chunk_by(|one, other| (one.severity, &one.code) == (other.severity, &other.code)) {
         let (told, others) = of_code.split_at(of_code.len().min(ENTRIES));
-        told.iter().try_for_each(|group| entry(out, report, group, style))?;
+        told.iter().try_for_each(|group| entry(out, report, group, &causes, style))?;
         if !others.is_empty() {
             let count: usize = others.iter().map(|group| group.members.len()).sum();
             writeln!(out, "{} {count} more that say something else\n", head(&others[0], style))?;
@@ -67,12 +73,24 @@ fn paint(code: &str, text: &str, style: TextStyle) -> String {
 }
 
 /// What is wrong, how often, where first, and how to mend it.
-fn entry(out: &mut dyn Write, report: &Report<'_>, group: &Group, style: TextStyle) -> io::Result<()> {
+fn entry(
+    out: &mut dyn Write,
+    report: &Report<'_>,
+    group: &Group,
+    causes: &[Option<usize>],
+    style: TextStyle,
+) -> io::Result<()> {
     let members: Vec<&Diagnostic> = group.members.iter().map(|&at| &report.diagnostics[at]).collect();
     let times = if members.len() > 1 { format!("{} × ", members.len()) } else { String::new() };
     writeln!(out, "{} {times}{}", head(group, style), visible(&group.sentence))?;
     write_places(out, report, &members)?;
     let first = members[0];
+    let follow = causes.iter().flatten().filter(|cause| group.members.contains(cause)).count();
+    if follow > 0 {
+        let what =
+            if follow == 1 { "1 more finding follows".to_owned() } else { format!("{follow} more findings follow") };
+        writeln!(out, "  {} {what} from this", paint("36", "so:", style))?;
+    }
     if let Some(help) = &first.help {
         writeln!(out, "  {} {}", paint("36", "help:", style), visible(help))?;
     }
@@ -92,7 +110,7 @@ fn write_places(out: &mut dyn Write, report: &Report<'_>, members: &[&Diagnostic
         let position = one.span.as_ref().and_then(|span| report.sources.position(span));
         let position = position.map_or(String::new(), |at| format!("{}:{}:{}", visible(at.name), at.line, at.column));
         let subject = if one.finding.subject == Subject::Map { String::new() } else { one.finding.subject.to_string() };
-        [position, subject, one.lonlat.map_or(String::new(), |at| format!("{:.7}, {:.7}", at.lat, at.lon))]
+        [position, subject, spot(one).unwrap_or_default()]
     };
     let rows: Vec<[String; 3]> = members.iter().take(PLACES).map(row).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

@@ -52,22 +52,6 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
     let about = name(subject);
     let found = |slug, message: String| Finding::new(slug, subject, message);
     Some(match &fault.condition {
-        Condition::NoElevation => with_height(heights, found("no-ele", format!("{about} has no ele."))),
-        Condition::BadElevation { found: value } => {
-            let read = leading_number(value).unwrap_or(0.0);
-            with_height(
-                heights,
-                found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")),
-            )
-        }
-        Condition::BadCoordinate { meant } => match (meant, subject) {
-            (Some(place), Subject::Point(point)) => unusable_place(subject).fixed_by(
-                "take latitude and longitude from local_x and local_y",
-                true,
-                vec![Edit::SetPlace { point, place: *place }],
-            ),
-            _ => unusable_place(subject),
-        },
         Condition::Unprojectable => {
             found("coordinate", format!("{about} lies out of reach of the map's projection and loads at its origin."))
         }
@@ -104,6 +88,48 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
             let message = format!("{who} in MGRS square {square}, not in {expected}, and loads in the wrong place.");
             found("other-square", message)
         }
+        _ => return place_or_height(map, fault, heights),
+    })
+}
+
+/// What is wrong with latitude and longitude, or with the height.
+fn place_or_height(map: &MapIndex, fault: &LoadFault, heights: &BTreeMap<PointId, Guess>) -> Option<Finding> {
+    let subject = fault.subject;
+    let about = name(subject);
+    let found = |slug, message: String| Finding::new(slug, subject, message);
+    Some(match &fault.condition {
+        Condition::NoElevation => with_height(heights, found("no-ele", format!("{about} has no ele."))),
+        Condition::BadElevation { found: value } => {
+            let read = leading_number(value).unwrap_or(0.0);
+            with_height(
+                heights,
+                found("no-ele", format!("ele={value} of {subject} is not a number and is read as {read}.")),
+            )
+        }
+        Condition::MetresAsDegrees { first: [lat, lon] } => {
+            let count = map.map.points.len();
+            let message = format!(
+                "lat and lon of the {count} points are metres, not degrees: lat={lat}, lon={lon} the first; they belong into local_x and local_y."
+            );
+            found("coordinate", message)
+        }
+        Condition::ElevationLeftOut { nodes } => left_out(map, *nodes),
+        Condition::BadCoordinate { said, meant } => {
+            let finding = match said {
+                Some([lat, lon]) => {
+                    let place = format!("latitude {lat}, longitude {lon}");
+                    found("coordinate", format!("{about} lies at {place}, which is not on Earth, and loads as 0, 0."))
+                }
+                None => unusable_place(subject),
+            };
+            match (meant, subject) {
+                (Some(place), Subject::Point(point)) => {
+                    let edits = vec![Edit::SetPlace { point, place: *place }];
+                    finding.fixed_by("take latitude and longitude from local_x and local_y", true, edits)
+                }
+                _ => finding,
+            }
+        }
         _ => return None,
     })
 }
@@ -121,6 +147,20 @@ fn unusable_place(subject: Subject) -> Finding {
 fn mismatch(params: &Params, subject: Subject, distance: f64, message: String) -> Finding {
     let severity = if distance > params.far { Severity::Error } else { Severity::Warning };
     Finding::new("local-mismatch", subject, message).measured(distance, params.far, "m").graded(severity)
+}
+
+/// Points at height 0 of which no height is written.
+fn left_out(map: &MapIndex, nodes: usize) -> Finding {
+    let bad = map.faults.iter().filter(|fault| matches!(fault.condition, Condition::BadElevation { .. }));
+    let bad: FxHashSet<Subject> = bad.map(|fault| fault.subject).collect();
+    let points = map.map.points.iter().filter(|point| point.ele().is_none());
+    let absent = points.map(|point| Subject::Point(point.id.0)).filter(|point| !bad.contains(point));
+    let edits = absent.map(|on| Edit::SetTag { on, key: "ele".into(), value: "0".into() }).collect();
+    let message = format!(
+        "{nodes} of {} points have no ele; they lie at height 0, where Lanelet2's own writer leaves it out.",
+        map.map.points.len()
+    );
+    Finding::new("ele-left-out", Subject::Map, message).fixed_by("write ele=0, as they load", true, edits)
 }
 
 /// Adds the fix that sets a point's height (m) from its neighbours.

@@ -24,16 +24,25 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 fn finding(fault: &InfoFault, params: &Params) -> Option<Finding> {
     let found = |slug, message: String| Finding::new(slug, Subject::Map, message);
     Some(match fault {
-        InfoFault::Missing { needed: Some(needed) } if needed.name() == "Local" => found(
+        InfoFault::Missing { needed: Some(needed), .. } if needed.name() == "Local" => found(
             "missing",
             "No map_projector_info.yaml stands beside the map, whose points have no latitude and longitude: Local."
                 .to_owned(),
         ),
-        InfoFault::Missing { needed: Some(needed) } => found(
+        InfoFault::Missing { needed: Some(needed), squares } if !squares.is_empty() => {
+            let names: Vec<String> = squares.iter().map(ToString::to_string).collect();
+            let message = format!(
+                "No map_projector_info.yaml stands beside the map, which lies in {} MGRS squares ({}); Autoware would fold them into one. It is judged as {needed}.",
+                names.len(),
+                names.join(", ")
+            );
+            found("missing", message)
+        }
+        InfoFault::Missing { needed: Some(needed), .. } => found(
             "missing",
             format!("No map_projector_info.yaml stands beside the map, whose local_x, local_y are those of {needed}."),
         ),
-        InfoFault::Missing { needed: None } => {
+        InfoFault::Missing { needed: None, .. } => {
             found("missing", "No map_projector_info.yaml stands beside the map.".to_owned()).graded(Severity::Warning)
         }
         InfoFault::Misnamed { found: name } => {

@@ -82,6 +82,7 @@ const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
         "a light that moves leaves the two lanelets behind the line for the one before",
     ),
     ("vm-04-02/bad-exchanged", 2, "two elements exchange their lights"),
+    ("node/bad-ele-left-out", 9, "the heights of a map are left out where all of it lies at 0"),
     ("vm-07-04/bad-below-sea", 12, "all heights of a map are above the sea, or none"),
 ];
 

@@ -6,7 +6,23 @@ use lanewright::osm::{ElementKind, Member, Relation, Way};
 use super::draft::{Dice, Draft, bounds, members};
 use super::{Kind, kind};
 
+/// A lane that is gone shows at the lanes before and behind it, or at the lines beside it.
+const GONE: &[&str] = &[
+    "health/hole",
+    "vm-03-04/dangling-il",
+    "vm-03-04/in-lane-dead-end",
+    "vm-03-04/out-lane-unreached",
+    "vm-03-04/movement-missing",
+];
+
 pub const KINDS: &[Kind] = &[
+    kind("delete a road lanelet", GONE, |_, map, dice| {
+        let road = |lanelet: &&Relation| lanelet.tags.is("subtype", "road");
+        let id = dice.pick(map.lanelets().filter(road))?.id;
+        map.remove(ElementKind::Relation, id);
+        // The lanes that miss it are named, not the lanelet, which is gone.
+        Some(Vec::new())
+    }),
     kind("draw the line to oncoming traffic a second time", &["vm-01-04/not-shared"], |_, map, dice| {
         let (_, lanelet, way) = dice.pick(oncoming(map))?;
         let copy = map.copy_way(way);

@@ -7,10 +7,20 @@ use crate::osm::{ElementKind, Node, OsmData, Text};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
 use super::Loader;
+use crate::lanelet::inferred_projector::written_metres;
 
 /// `local_x` and `local_y` have four decimals at best and come from editors with projections of their own; what is
 /// farther from latitude and longitude than this (metres) is another place.
 const LOCAL_TOLERANCE: f64 = 0.05;
+
+/// How Lanelet2's own writer names itself.
+const LANELET2: &str = "lanelet2";
+/// Heights up to this (m) are near 0.
+const NEAR_ZERO: f64 = 1.0;
+/// From a node at 0 a bound rises by no more than this (m), and
+const LEAST_STEP: f64 = 0.1;
+/// this many metres for each of its own.
+const STEEPEST: f64 = 0.15;
 
 /// The value of a tag that should be a number.
 enum Number {
@@ -84,6 +94,10 @@ struct Made {
 impl Loader<'_> {
     pub(super) fn nodes(&mut self, projector: &Projector) {
         let nodes = &self.osm.nodes;
+        if let Some(metres) = written_metres(self.osm) {
+            self.in_metres(metres);
+            return;
+        }
         let (places, heights) = (places(nodes), heights(nodes, projector));
         let (projected, squares) = match projector {
             Projector::Mgrs(_) => Projector::in_squares(&places).into_iter().map(Option::unzip).unzip(),
@@ -97,9 +111,7 @@ impl Loader<'_> {
             self.node_faults(node, &made, any_local, &mut shift);
             points.push(Some(made.point));
         }
-        let mut along = Vec::with_capacity(points.len());
-        along.extend(along_ways(self.osm).into_iter().filter_map(|at| points[at as usize].take()));
-        self.loaded.map.points = along.into();
+        self.keep(points);
         shift.settle(&mut self.loaded.faults);
         if shift.explained() {
             self.place_the_lost(projector);
@@ -107,6 +119,64 @@ impl Loader<'_> {
         if let Projector::Mgrs(grid) = projector {
             self.squares(&squares, *grid);
         }
+    }
+
+    /// Keeps the points in the order of the ways.
+    fn keep(&mut self, mut points: Vec<Option<Point>>) {
+        let mut along = Vec::with_capacity(points.len());
+        along.extend(along_ways(self.osm).into_iter().filter_map(|at| points[at as usize].take()));
+        self.loaded.map.points = along.into();
+        self.heights_left_out();
+    }
+
+    /// The points where latitudes and longitudes are metres: they lie where these say, so that all else can be judged.
+    fn in_metres(&mut self, metres: Vec<PlanePoint>) {
+        let mut points = Vec::with_capacity(metres.len());
+        let first = metres.first().map(|at| [at.y, at.x]).unwrap_or_default();
+        for (node, place) in self.osm.nodes.iter().zip(metres) {
+            let made = self.made(node, Some(place));
+            self.id(ElementKind::Node, node.id, Subject::Point(node.id), &node.span);
+            self.height_fault(node, &made);
+            let mut point = made.point.with_lonlat(None);
+            point.position = place;
+            points.push(Some(point));
+        }
+        self.keep(points);
+        self.loaded.faults.push(LoadFault {
+            subject: Subject::Map,
+            span: None,
+            condition: Condition::MetresAsDegrees { first },
+        });
+    }
+
+    /// Replaces the faults of nodes without height by one of the map, where all of them lie at height 0: Lanelet2's own writer leaves
+    /// `ele` out there.
+    fn heights_left_out(&mut self) {
+        let is_absent = |fault: &LoadFault| fault.condition == Condition::NoElevation;
+        let nodes = self.loaded.faults.iter().filter(|fault| is_absent(fault)).count();
+        if nodes > 0 && self.lie_at_zero() {
+            self.loaded.faults.retain(|fault| !is_absent(fault));
+            let condition = Condition::ElevationLeftOut { nodes };
+            self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
+        }
+    }
+
+    /// Whether the nodes without height lie at 0: no way leads from one of them to a node much higher or lower. Unless Lanelet2 wrote
+    /// the file, half of the heights that are written have to be near 0, too.
+    fn lie_at_zero(&self) -> bool {
+        let is_written_so = self.osm.generator.as_deref() == Some(LANELET2);
+        let points = &self.loaded.map.points;
+        let written: Vec<f64> = points.iter().filter_map(Point::ele).collect();
+        let low = written.iter().filter(|ele| ele.abs() <= NEAR_ZERO).count();
+        let fits = |pair: &[i64]| {
+            let [Some(a), Some(b)] = [points.get(PointId(pair[0])), points.get(PointId(pair[1]))] else { return true };
+            let step = match (a.ele(), b.ele()) {
+                (Some(ele), None) | (None, Some(ele)) => ele.abs(),
+                _ => return true,
+            };
+            step <= LEAST_STEP + STEEPEST * (a.position - b.position).norm()
+        };
+        (is_written_so || 2 * low >= written.len()) && self.osm.ways.iter().all(|way| way.nodes.windows(2).all(fits))
     }
 
     fn made(&self, node: &Node, projected: Option<PlanePoint>) -> Made {
@@ -136,7 +206,10 @@ impl Loader<'_> {
         let [x, y] = made.local;
         match (node.position, made.projected) {
             _ if self.local => {}
-            (None, _) => self.fault(subject, &node.span, Condition::BadCoordinate { meant: None }),
+            (None, _) => {
+                let said = self.off_earth.get(&node.id).copied();
+                self.fault(subject, &node.span, Condition::BadCoordinate { said, meant: None });
+            }
             (Some(_), None) => self.fault(subject, &node.span, Condition::Unprojectable),
             (Some(_), Some(projected)) => {
                 if let [Some(x), Some(y)] = [x, y] {
@@ -152,6 +225,11 @@ impl Loader<'_> {
             let condition = Condition::PartialLocal { x: x.is_some(), y: y.is_some() };
             self.fault(subject, &node.span, condition);
         }
+        self.height_fault(node, made);
+    }
+
+    fn height_fault(&mut self, node: &Node, made: &Made) {
+        let subject = Subject::Point(node.id);
         match (&made.bad_ele, made.point.ele()) {
             (Some(found), _) => {
                 let found = found.clone();
@@ -174,7 +252,9 @@ impl Loader<'_> {
             let local = x.zip(y).map(|(x, y)| PlanePoint::new(x, y));
             let ele = number(node, "ele").value().unwrap_or(0.0);
             let place = local.and_then(|local| projector.inverse_each(&[local], |_| ele).pop().flatten());
-            self.loaded.faults[at].condition = Condition::BadCoordinate { meant: place };
+            if let Condition::BadCoordinate { meant, .. } = &mut self.loaded.faults[at].condition {
+                *meant = place;
+            }
         }
     }
 

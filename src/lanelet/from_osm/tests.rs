@@ -255,7 +255,7 @@ fn nodes() {
     assert_eq!(changed(ele, r#"<tag k="ele" v="high"/>"#), point(Condition::BadElevation { found: text("high") }));
     assert!(
         changed(r#"lat="35.00000""#, r#"lat="""#)
-            .contains(&(Subject::Point(1), Condition::BadCoordinate { meant: None }))
+            .contains(&(Subject::Point(1), Condition::BadCoordinate { said: None, meant: None }))
     );
     assert!(changed(r#"lat="35.00000""#, r#"lat="88""#).contains(&(Subject::Point(1), Condition::Unprojectable)));
     let other = changed(r#"lon="139.30000""#, r#"lon="138.5""#);

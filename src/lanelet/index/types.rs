@@ -96,12 +96,22 @@ impl<'m> MapIndex<'m> {
 
     /// Lanes that start with the points with which this one ends, by position.
     pub fn followers(&self, lane: usize) -> &[usize] {
-        self.starting.get(&self.lanes[lane].end.ids).map_or(&[], Vec::as_slice)
+        self.starting_at(self.lanes[lane].end.ids)
     }
 
     /// Lanes that end with the points with which this one starts, by position.
     pub fn predecessors(&self, lane: usize) -> &[usize] {
-        self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
+        self.ending_at(self.lanes[lane].start.ids)
+    }
+
+    /// Lanes that start between two points, left and right, by position.
+    pub fn starting_at(&self, ids: [PointId; 2]) -> &[usize] {
+        self.starting.get(&ids).map_or(&[], Vec::as_slice)
+    }
+
+    /// Lanes that end between two points, left and right, by position.
+    pub fn ending_at(&self, ids: [PointId; 2]) -> &[usize] {
+        self.ending.get(&ids).map_or(&[], Vec::as_slice)
     }
 
     /// Whether a lane starts with the points with which another one ends.

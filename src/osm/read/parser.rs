@@ -188,7 +188,7 @@ impl Parser<'_> {
         let tags = Tags::new();
         Ok(Some(match kind {
             ElementKind::Node => {
-                let position = self.position(id, lat.zip(lon), &span)?;
+                let position = self.position(id, lat.zip(lon), &span);
                 Open::Node(Node { id, position, tags, span })
             }
             ElementKind::Way => Open::Way(Way { id, nodes: Vec::new(), tags, span }),
@@ -197,20 +197,21 @@ impl Parser<'_> {
     }
 
     /// The position of a node by its latitude and longitude (deg).
-    fn position(&mut self, id: i64, said: Option<(f64, f64)>, span: &SourceSpan) -> Result<Option<LonLat>, ReadError> {
+    fn position(&mut self, id: i64, said: Option<(f64, f64)>, span: &SourceSpan) -> Option<LonLat> {
         let Some((lat, lon)) = said else {
             let message = format!("node {id} has no usable lat and lon");
             self.odd(OddityKind::BadCoordinate, Some((ElementKind::Node, id)), message, span.clone());
-            return Ok(None);
+            return None;
         };
         if !(-90.0..=90.0).contains(&lat) || !(-180.0..=180.0).contains(&lon) {
-            return Err(self.broken(
-                span.start as usize,
-                format!("node {id} lies at latitude {lat}, longitude {lon}, which is not on Earth"),
-                "latitudes run from -90 to 90, longitudes from -180 to 180; are the two swapped?",
-            ));
+            let message = format!("node {id} lies at latitude {lat}, longitude {lon}, which is not on Earth");
+            self.odd(OddityKind::BadCoordinate, Some((ElementKind::Node, id)), message, span.clone());
+            if let Some(odd) = self.data.oddities.last_mut() {
+                odd.off_earth = Some([lat, lon]);
+            }
+            return None;
         }
-        Ok(Some(LonLat { lon, lat }))
+        Some(LonLat { lon, lat })
     }
 
     /// A child of a node, way or relation.
@@ -331,25 +332,30 @@ impl Parser<'_> {
     }
 
     fn odd(&mut self, kind: OddityKind, element: Option<(ElementKind, i64)>, message: String, span: SourceSpan) {
-        self.data.oddities.push(Oddity { kind, element, message, span });
+        self.data.oddities.push(Oddity { kind, element, message, span, off_earth: None });
     }
 
     pub fn broken(&self, offset: usize, message: String, help: &'static str) -> ReadError {
-        let mut offset = offset.min(self.text.len());
-        while !self.text.is_char_boundary(offset) {
-            offset -= 1;
-        }
-        let before = &self.text[..offset];
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        ReadError::Broken {
-            name: self.name.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-            offset,
-            text: String::new(),
-            message,
-            help,
-        }
+        broken(self.name, self.text, offset, message, help)
+    }
+}
+
+/// What is wrong at a place of a text, in bytes from its start.
+pub fn broken(name: &str, text: &str, offset: usize, message: String, help: &'static str) -> ReadError {
+    let mut offset = offset.min(text.len());
+    while !text.is_char_boundary(offset) {
+        offset -= 1;
+    }
+    let before = &text[..offset];
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    ReadError::Broken {
+        name: name.to_owned(),
+        line: before.matches('\n').count() + 1,
+        column: before[line_start..].chars().count() + 1,
+        offset,
+        text: String::new(),
+        message,
+        help,
     }
 }
 

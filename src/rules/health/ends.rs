@@ -15,9 +15,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
     let (mut findings, loose) = (Vec::new(), &map.settings.loose_ends);
     for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
         let lane = &map.lanes[at];
-        // What has a lane beside it that goes on is an added or a dropped lane: vm-07-06.
-        let alone = !moves.beside(at).iter().any(|other| moves.leads_on(other.lane) || moves.is_led_to(other.lane));
-        if !alone {
+        if !is_alone(moves, at) {
             continue;
         }
         if !links.ends.contains(&at)
@@ -50,8 +48,32 @@ fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: 
     if known { finding.graded(Severity::Info) } else { finding }
 }
 
+/// Whether no lane beside it goes on. Else it is an added or a dropped lane: vm-07-06.
+pub(super) fn is_alone(moves: &RoutingMoves, at: usize) -> bool {
+    !moves.beside(at).iter().any(|other| moves.leads_on(other.lane) || moves.is_led_to(other.lane))
+}
+
+/// Angle (deg) from which on a lane leads back.
+const BACK: f64 = 120.0;
+
+/// Whether a lane leads back close to where one ends, or leads there close to where one starts.
+pub(super) fn is_turning_place(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
+    let lane = &map.lanes[at];
+    let (place, heading) = match end {
+        true => (lane.end.middle(), lane.heading_out()),
+        false => (lane.start.middle(), lane.heading_in()),
+    };
+    let reach = Vector::repeat(params.turning_place);
+    map.lanes_near(place - reach, place + reach).into_iter().any(|at| {
+        let other = &map.lanes[at];
+        let (edge, onward) = if end { (other.start, other.heading_in()) } else { (other.end, other.heading_out()) };
+        let back = heading.zip(onward).is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() >= BACK);
+        other.vehicle && back && (edge.middle() - place).norm() <= params.turning_place && is_open(map, at, end)
+    })
+}
+
 /// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04.
-fn is_street(map: &MapIndex, at: usize) -> bool {
+pub(super) fn is_street(map: &MapIndex, at: usize) -> bool {
     let lane = &map.lanes[at];
     lane.kind == RoadType::Road && lane.is_for_cars() && map.intersections_touching(at).next().is_none()
 }

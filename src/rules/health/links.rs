@@ -5,24 +5,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::{Point, Vector, angle_between, cross};
+use crate::geometry::{Point, Polyline, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
 use crate::rules::crowd;
 use crate::rules::near_nodes::NodeClusters;
+use crate::rules::routing_moves::RoutingMoves;
 
+use super::ends::{is_alone, is_street, is_turning_place};
+use super::holes::{Hole, Holes, is_covered};
 use super::params::{Params, subject};
 
 /// Lanes outside intersections that nearly continue each other. Those of intersections are the business of vm-03-04.
 pub struct Links<'m> {
     map: &'m MapIndex<'m>,
-    limits: [f64; 2],
+    near_miss: f64,
     /// Two nodes that should be one, with the lanes that they keep apart.
     misses: BTreeMap<[PointId; 2], (f64, [usize; 2], Point)>,
-    gaps: Vec<(f64, usize, usize)>,
+    /// The length of a gap, the longest that is looked for there, and the lanes before and behind it.
+    gaps: Vec<(f64, f64, usize, usize)>,
     head_on: Vec<(usize, usize, bool)>,
     /// A lane with more lanes at one of its ends than are compared: the fault, their number, and what they do there.
     crowds: Vec<(&'static str, usize, usize, &'static str)>,
+    holes: Vec<Hole>,
     /// Lanes of which it is already said what is wrong with their end.
     pub ends: BTreeSet<usize>,
     /// The same of their start.
@@ -30,20 +35,23 @@ pub struct Links<'m> {
 }
 
 impl<'m> Links<'m> {
-    pub fn new(map: &'m MapIndex<'m>, params: &Params) -> Self {
+    pub fn new(map: &'m MapIndex<'m>, params: &Params, moves: &RoutingMoves) -> Self {
         let mut links = Self {
             map,
-            limits: [params.near_miss, params.gap],
+            near_miss: params.near_miss,
             misses: BTreeMap::new(),
             gaps: Vec::new(),
             head_on: Vec::new(),
             crowds: Vec::new(),
+            holes: Vec::new(),
             ends: BTreeSet::new(),
             starts: BTreeSet::new(),
         };
         links.find_near_misses(params);
         links.find_head_on();
         links.find_gaps(params);
+        links.find_holes(params);
+        links.find_wide_gaps(params, moves);
         links
     }
 
@@ -148,18 +156,77 @@ impl<'m> Links<'m> {
             };
             let nearest = open.filter_map(|x| Some((ahead(x)?, x))).min_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((length, x)) = nearest {
-                self.gaps.push((length, x, y));
+                self.gaps.push((length, params.gap, x, y));
             }
         }
-        for &(_, x, y) in &self.gaps {
+        self.note_gaps();
+    }
+
+    fn note_gaps(&mut self) {
+        for &(.., x, y) in &self.gaps {
             self.ends.insert(x);
             self.starts.insert(y);
         }
     }
 
-    pub fn into_findings(self) -> Vec<Finding> {
+    /// Roads that end where nobody can turn, and resume farther on along one bend, with nothing in between.
+    fn find_wide_gaps(&mut self, params: &Params, moves: &RoutingMoves) {
         let map = self.map;
-        let [near, gap] = self.limits;
+        let loose = |end: bool| if end { &map.settings.loose_ends.ends } else { &map.settings.loose_ends.starts };
+        let is_loose = |&at: &usize, end: bool| {
+            let next = if end { map.followers(at) } else { map.predecessors(at) };
+            next.is_empty()
+                && is_street(map, at)
+                && !loose(end).contains(&map.lanes[at].id.0)
+                && is_alone(moves, at)
+                && !is_turning_place(map, params, at, end)
+        };
+        let mut found: Vec<(f64, f64, usize, usize)> = Vec::new();
+        for y in self.lanes().filter(|y| !self.starts.contains(y) && is_loose(y, false)) {
+            let before = self.ending_near(params, y, params.wide_gap);
+            let open = before.into_iter().filter(|x| !self.ends.contains(x) && is_loose(x, true));
+            let nearest = open.filter_map(|x| Some((self.bend(params, x, y)?, x))).min_by(|a, b| a.0.total_cmp(&b.0));
+            found.extend(nearest.map(|(length, x)| (length, params.wide_gap, x, y)));
+        }
+        self.gaps.extend(found);
+        self.note_gaps();
+    }
+
+    /// The distance from the end of a lane to the start of another, if one bend leads there over ground without lanes along it.
+    fn bend(&self, params: &Params, x: usize, y: usize) -> Option<f64> {
+        let [a, b] = [&self.map.lanes[x], &self.map.lanes[y]];
+        let way = b.start.middle() - a.end.middle();
+        let turns = [angle_between(a.heading_out()?, way), angle_between(way, b.heading_in()?)];
+        // By so much the road would have to swing sideways and back.
+        let sideways = (turns[0] - turns[1]).abs() / 2.0 * way.norm();
+        let half = a.end.across().norm().min(b.start.across().norm()) / 2.0;
+        let is_ahead = turns.iter().all(|turn| turn.abs().to_degrees() <= params.straight_on);
+        let line = Polyline::new([a.end.middle(), b.start.middle()])?;
+        (is_ahead
+            && sideways <= half
+            && self.map.are_ends_level(&a.end, &b.start)
+            && !is_covered(self.map, params, &line, |_| false))
+        .then(|| way.norm())
+    }
+
+    /// Pieces of road of which the borders are there and the lanelet is not.
+    fn find_holes(&mut self, params: &Params) {
+        let is_said = |hole: &Hole| {
+            let [before, after] = hole.lanes();
+            before.is_some_and(|lane| self.ends.contains(&lane))
+                || after.is_some_and(|lane| self.starts.contains(&lane))
+        };
+        self.holes = Holes::new(self.map, params).find().into_iter().filter(|hole| !is_said(hole)).collect();
+        for [before, after] in self.holes.iter().map(Hole::lanes) {
+            self.ends.extend(before);
+            self.starts.extend(after);
+        }
+    }
+
+    pub fn into_findings(mut self) -> Vec<Finding> {
+        let map = self.map;
+        let near = self.near_miss;
+        let holes = std::mem::take(&mut self.holes);
         let name = |lane: usize| map.lanes[lane].id;
         let clusters = NodeClusters::of(map, self.misses.keys().copied(), near);
         let told = self.misses.iter().filter(|(pair, _)| clusters.tells(**pair));
@@ -174,7 +241,7 @@ impl<'m> Links<'m> {
                 .at(Place::Point(*place));
             clusters.made_one(finding, [*older, *newer])
         });
-        let gaps = self.gaps.iter().map(|&(length, x, y)| {
+        let gaps = self.gaps.iter().map(|&(length, gap, x, y)| {
             let message = format!("Lane {} ends {length:.2} m before lane {} starts.", name(x), name(y));
             Finding::new("gap", subject(map, x), message)
                 .with(subject(map, y), "starts here")
@@ -191,7 +258,8 @@ impl<'m> Links<'m> {
             let message = format!("Lane {}: {}", name(lane), crowd::too_many(count, what));
             Finding::new(fault, subject(map, lane), message)
         });
-        misses.chain(gaps).chain(head_on).chain(crowds).collect()
+        let holes = holes.into_iter().filter_map(|hole| hole.into_finding(map));
+        misses.chain(gaps).chain(head_on).chain(crowds).chain(holes).collect()
     }
 
     /// Two lanes that meet head on, or drive away from each other; `both` tells of each whether it is wrong at both ends.

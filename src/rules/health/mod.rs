@@ -2,7 +2,9 @@
 
 mod borders;
 mod ends;
+mod holes;
 mod links;
+mod narrow;
 mod network;
 mod params;
 mod shape;
@@ -16,11 +18,12 @@ use params::Params;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let moves = RoutingMoves::new(map);
-    let links = links::Links::new(map, params);
+    let links = links::Links::new(map, params, &moves);
     let mut findings = shape::judge(map, params);
     findings.extend(borders::judge(map));
     findings.extend(ends::judge(map, params, &moves, &links));
-    findings.extend(network::judge(map, params));
+    findings.extend(narrow::judge(map, params, &moves));
+    findings.extend(network::judge(map, params, &moves, &links));
     findings.extend(links.into_findings());
     findings
 }

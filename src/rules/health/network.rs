@@ -1,16 +1,27 @@
 //! The net of lanes: rings too small to drive, parts that hang together with nothing.
 
-use crate::diagnostic::{Finding, Place};
-use crate::lanelet::index::MapIndex;
+use std::collections::{BTreeMap, BTreeSet};
 
+use rustc_hash::FxHashSet;
+
+use crate::diagnostic::{Finding, Place, Severity};
+use crate::geometry::{Polyline, Vector};
+use crate::lanelet::index::{Edge, MapIndex, UnionFind};
+use crate::lanelet::{LaneletId, RoadType};
+use crate::rules::routing_moves::RoutingMoves;
+
+use super::links::Links;
 use super::params::{Params, subject};
 
 /// A ring of more lanelets than this has pieces too short to be lanes, and those are told of already.
 const MOST_PIECES: usize = 12;
 
-pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
+/// Fewer lanes than this are no net from which a note says that something is apart.
+const NET: usize = 10;
+
+pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let mut findings: Vec<Finding> = (0..map.lanes.len()).filter_map(|at| ring(map, params, at)).collect();
-    findings.extend(islands(map));
+    findings.extend(islands(map, params, moves, links));
     findings
 }
 
@@ -51,50 +62,96 @@ fn ring(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     None
 }
 
-/// Fewer lanes than this are no net from which something could be cut off.
-const NET: usize = 10;
-
-/// Parts of the net that no lane connects to its largest part.
-fn islands(map: &MapIndex) -> Vec<Finding> {
+/// Parts of the net between which nobody can drive, by followers and permitted lane changes, and that lie in the midst of others. Of
+/// what may lead out of the map there is a note only, and only where no border is shared with the rest.
+fn islands(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let lanes: Vec<usize> = (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle).collect();
-    let mut part = vec![usize::MAX; map.lanes.len()];
-    let mut parts: Vec<Vec<usize>> = Vec::new();
-    for &first in &lanes {
-        if part[first] != usize::MAX {
+    let cut_off =
+        parts(map, &lanes, |at| moves.beside(at).into_iter().filter(|other| other.may_leave).map(|other| other.lane).collect());
+    let mut findings = Vec::new();
+    let mut told = FxHashSet::default();
+    for part in besides_the_largest(&cut_off, 1) {
+        if !is_cut_off(map, params, moves, links, part) {
             continue;
         }
-        part[first] = parts.len();
-        let mut members = vec![first];
-        let mut next = 0;
-        while let Some(&at) = members.get(next) {
-            next += 1;
-            let beside = map.lanes[at].bounds.iter().flat_map(|&way| map.users_of(way));
-            for &other in map.followers(at).iter().chain(map.predecessors(at)).chain(beside) {
-                if map.lanes[other].vehicle && part[other] == usize::MAX {
-                    part[other] = parts.len();
-                    members.push(other);
-                }
-            }
-        }
-        parts.push(members);
-    }
-    let largest = parts.iter().map(Vec::len).max().unwrap_or_default();
-    if largest < NET {
-        return Vec::new();
-    }
-    // If both halves have one size, it is unknown which of them is out of place.
-    let main = parts.iter().position(|members| members.len() == largest);
-    let others = parts.iter().enumerate().filter(|(at, _)| Some(*at) != main).map(|(_, members)| members);
-    let finding = |members: &Vec<usize>| {
-        let first = members.iter().copied().min()?;
-        let message = match members.len() {
-            1 => format!("Lane {} is connected to no other lane.", map.lanes[first].id),
-            count => format!(
-                "{count} lanes, {} the first, are connected with each other but not with the rest.",
-                map.lanes[first].id
-            ),
+        told.extend(part.iter().copied());
+        let message = |count, first| match count {
+            1 => format!("Nobody can drive from lane {first} to another lane, or from another one to it."),
+            _ => format!("Nobody can drive between {count} lanes, {first} the first, and the rest of the map."),
         };
-        Some(Finding::new("island", subject(map, first), message).at(Place::Polygon(map.lanes[first].outline.clone())))
+        findings.extend(island(map, part, message));
+    }
+    let beside = |at: usize| map.lanes[at].bounds.iter().flat_map(|&way| map.users_of(way)).copied().collect();
+    let loose = parts(map, &lanes, beside);
+    for part in besides_the_largest(&loose, NET).filter(|part| part.iter().all(|at| !told.contains(at))) {
+        let message = |count, first| match count {
+            1 => format!("Lane {first} is connected to no other lane."),
+            _ => format!("{count} lanes, {first} the first, are connected with each other but not with the rest."),
+        };
+        findings.extend(island(map, part, message).map(|finding| finding.graded(Severity::Info)));
+    }
+    findings
+}
+
+/// Lanes that hang together by followers and by what lies `beside`.
+fn parts(map: &MapIndex, lanes: &[usize], beside: impl Fn(usize) -> Vec<usize>) -> Vec<Vec<usize>> {
+    let mut groups = UnionFind::new(map.lanes.len());
+    for &at in lanes {
+        let others = map.followers(at).iter().copied().chain(beside(at));
+        others.filter(|&other| map.lanes[other].vehicle).for_each(|other| groups.join(at, other));
+    }
+    let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for &at in lanes {
+        parts.entry(groups.root(at)).or_default().push(at);
+    }
+    parts.into_values().collect()
+}
+
+/// All parts but the largest, if that is a net from which something could be cut off: larger than each other one, and of at least
+/// so many lanes. If two halves have one size, it is unknown which of them is out of place.
+fn besides_the_largest(parts: &[Vec<usize>], least: usize) -> impl Iterator<Item = &Vec<usize>> {
+    let largest = parts.iter().map(Vec::len).max().unwrap_or_default();
+    let is_net = largest >= least && largest > 1;
+    let main = parts.iter().position(|part| part.len() == largest).filter(|_| is_net);
+    let others = parts.iter().enumerate().filter(move |(at, _)| main.is_some_and(|main| main != *at));
+    others.map(|(_, part)| part)
+}
+
+/// Whether these lanes lie in the midst of others and nobody can drive between them: all their ends are close to other lanes, none of
+/// them is driven beside by oncoming traffic, as a road of two directions is, and nothing is said yet of their ends.
+fn is_cut_off(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links, part: &[usize]) -> bool {
+    let own: FxHashSet<usize> = part.iter().copied().collect();
+    let loose = &map.settings.loose_ends;
+    let is_street = |&at: &usize| map.lanes[at].kind == RoadType::Road && map.lanes[at].is_for_cars();
+    let is_one_way = |&at: &usize| {
+        let along: FxHashSet<usize> = moves.beside(at).into_iter().map(|other| other.lane).collect();
+        let mut beside = map.lanes[at].bounds.iter().flat_map(|&way| map.users_of(way));
+        beside.all(|other| own.contains(other) || along.contains(other) || !map.lanes[*other].vehicle)
     };
-    others.filter_map(finding).collect()
+    let is_near = |edge: &Edge| {
+        let (place, reach) = (edge.middle(), Vector::repeat(params.turning_place));
+        let near = map.lanes_near(place - reach, place + reach);
+        near.into_iter().filter(|other| !own.contains(other) && map.lanes[*other].vehicle).any(|other| {
+            let outline = &map.lanes[other].outline;
+            let line = Polyline::new(outline.iter().chain(outline.first()).copied());
+            line.is_some_and(|line| line.distance(place) <= params.turning_place)
+        })
+    };
+    let entries: Vec<usize> = part.iter().copied().filter(|&at| map.predecessors(at).is_empty()).collect();
+    let exits: Vec<usize> = part.iter().copied().filter(|&at| map.followers(at).is_empty()).collect();
+    let is_known = |at: &usize, ends: &BTreeSet<i64>| ends.contains(&map.lanes[*at].id.0);
+    let entered =
+        |at: &usize| is_near(&map.lanes[*at].start) && !links.starts.contains(at) && !is_known(at, &loose.starts);
+    let left = |at: &usize| is_near(&map.lanes[*at].end) && !links.ends.contains(at) && !is_known(at, &loose.ends);
+    !(entries.is_empty() && exits.is_empty())
+        && part.iter().all(|at| is_street(at) && is_one_way(at))
+        && entries.iter().all(entered)
+        && exits.iter().all(left)
+}
+
+fn island(map: &MapIndex, part: &[usize], message: impl Fn(usize, LaneletId) -> String) -> Option<Finding> {
+    let first = part.iter().copied().min()?;
+    let lane = &map.lanes[first];
+    let finding = Finding::new("island", subject(map, first), message(part.len(), lane.id));
+    Some(finding.at(Place::Polygon(lane.outline.clone())))
 }

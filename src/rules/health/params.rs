@@ -12,8 +12,10 @@ pub struct Params {
     pub(super) least_tilt: f64,
     pub(super) near_miss: f64,
     pub(super) gap: f64,
+    pub(super) wide_gap: f64,
     pub(super) straight_on: f64,
     pub(super) shortest_loop: f64,
+    pub(super) least_width: f64,
     pub(super) map_border: f64,
     pub(super) turning_place: f64,
 }

@@ -1,0 +1,257 @@
+//! Lanelets that are missing between two lines: the borders of a lane go on where it ends, and nothing lies between them.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
+use crate::lanelet::index::{Edge, MapIndex, center_line};
+use crate::lanelet::{LineStringId, PointId, RoadType};
+
+use super::params::{Params, subject};
+
+/// Lines that bound no lane, whatever runs along them.
+const NO_BORDERS: [&str; 8] = [
+    "stop_line",
+    "traffic_light",
+    "light_bulbs",
+    "traffic_sign",
+    "pedestrian_marking",
+    "zebra_marking",
+    "bike_marking",
+    "pose_marker",
+];
+/// Steps along the missing piece at which its width and its ground are looked at, metres.
+const STEP: f64 = 2.0;
+/// The piece is at least and at most so many times as wide as the lane that it continues.
+const WIDTHS: [f64; 2] = [0.6, 1.6];
+/// The same where two lines that nothing else uses lead from lane to lane.
+const SURE_WIDTHS: [f64; 2] = [0.4, 2.5];
+/// A missing piece with more of its ground than this (1) under lanes of its direction is there, drawn in another way.
+const COVERED: f64 = 0.25;
+
+/// A piece of road without a lanelet.
+pub struct Hole {
+    /// The lane that leads into it.
+    before: Option<usize>,
+    /// The lane that leads on from it.
+    after: Option<usize>,
+    lines: [LineStringId; 2],
+    outline: Vec<Point>,
+    length: f64,
+}
+
+/// A line as it runs on from a point.
+struct Onward {
+    line: LineStringId,
+    end: PointId,
+    points: Vec<Point>,
+}
+
+/// Looks for missing pieces behind the ends of lanes, and before the starts of those that nothing leads to.
+pub struct Holes<'m> {
+    map: &'m MapIndex<'m>,
+    params: &'m Params,
+    /// Lines by each of their two ends.
+    by_end: FxHashMap<PointId, Vec<LineStringId>>,
+    /// The two bounds of every lanelet, the smaller id first.
+    used: FxHashSet<[LineStringId; 2]>,
+    /// Lines that bound a lanelet.
+    bounds: FxHashSet<LineStringId>,
+}
+
+impl<'m> Holes<'m> {
+    pub fn new(map: &'m MapIndex<'m>, params: &'m Params) -> Self {
+        let mut by_end: FxHashMap<PointId, Vec<LineStringId>> = FxHashMap::default();
+        for line in &map.map.linestrings {
+            let kind = line.attributes.get("type").unwrap_or_default();
+            if let [first, .., last] = line.points[..]
+                && first != last
+                && !NO_BORDERS.contains(&kind)
+            {
+                by_end.entry(first).or_default().push(line.id);
+                by_end.entry(last).or_default().push(line.id);
+            }
+        }
+        let lanelets = || map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]);
+        Self {
+            map,
+            params,
+            by_end,
+            used: lanelets().map(|[a, b]| [a.min(b), a.max(b)]).collect(),
+            bounds: lanelets().flatten().collect(),
+        }
+    }
+
+    /// All of them, each once.
+    pub fn find(&self) -> Vec<Hole> {
+        let mut holes = Vec::new();
+        let mut found: FxHashSet<[LineStringId; 2]> = FxHashSet::default();
+        let loose = &self.map.settings.loose_ends;
+        for forward in [true, false] {
+            let known = if forward { &loose.ends } else { &loose.starts };
+            let is_known = |at: usize| known.contains(&self.map.lanes[at].id.0);
+            for at in (0..self.map.lanes.len()).filter(|&at| self.is_road(at) && !is_known(at)) {
+                for hole in self.behind(at, forward) {
+                    let [a, b] = hole.lines;
+                    if found.insert([a.min(b), a.max(b)]) {
+                        holes.push(hole);
+                    }
+                }
+            }
+        }
+        holes
+    }
+
+    fn is_road(&self, at: usize) -> bool {
+        let lane = &self.map.lanes[at];
+        // A lane in the middle, for turns from both directions, begins and ends where it is needed.
+        lane.kind == RoadType::Road && lane.is_for_cars() && !lane.both_ways
+    }
+
+    /// The missing pieces behind the end of a lane, or before its start.
+    fn behind(&self, at: usize, forward: bool) -> Vec<Hole> {
+        let lane = &self.map.lanes[at];
+        let (edge, heading, next) = match forward {
+            true => (lane.end, lane.heading_out(), self.map.followers(at)),
+            false => (lane.start, lane.heading_in().map(|heading| -heading), self.map.predecessors(at)),
+        };
+        let Some(heading) = heading.filter(|_| !self.is_closed(edge.ids)) else { return Vec::new() };
+        let [left, right] = edge.ids.map(|id| self.onward(id, heading, &lane.bounds));
+        let mut holes = Vec::new();
+        for a in &left {
+            for b in &right {
+                let lines = [a.line, b.line];
+                if a.line == b.line || a.end == b.end || self.used.contains(&[a.line.min(b.line), a.line.max(b.line)]) {
+                    continue;
+                }
+                let ids = [a.end, b.end];
+                let beyond = if forward { self.map.starting_at(ids) } else { self.map.ending_at(ids) };
+                let beyond = beyond.iter().copied().find(|&other| other != at && self.is_road(other));
+                // Where the lane goes on, a piece is missing only if it leads to a lane, and nothing else uses one of its borders.
+                let idle = lines.iter().filter(|line| !self.bounds.contains(line)).count();
+                // The border of the ground of an intersection leads from road to road without a lane along it.
+                let is_ground =
+                    |line: &LineStringId| !self.bounds.contains(line) && self.is_of_type(*line, "road_border");
+                if !next.is_empty() && idle < 2 && lines.iter().any(is_ground) {
+                    continue;
+                }
+                if !(next.is_empty() || (idle > 0 && beyond.is_some())) {
+                    continue;
+                }
+                // A kerb goes on where the map ends.
+                if beyond.is_none() && lines.iter().all(|&line| self.is_of_type(line, "curbstone")) {
+                    continue;
+                }
+                let sure = idle == 2 && beyond.is_some();
+                let Some(center) = self.is_a_lane(&edge, a, b, if sure { SURE_WIDTHS } else { WIDTHS }) else {
+                    continue;
+                };
+                let along = if forward { center.clone() } else { center.reversed() };
+                // Other ways on from the one lane, and other ways into the other, begin and end on the same ground.
+                let branches = |other: usize| {
+                    idle > 0
+                        && beyond.is_some_and(|beyond| {
+                            let back = if forward { self.map.predecessors(beyond) } else { self.map.followers(beyond) };
+                            next.contains(&other) || back.contains(&other)
+                        })
+                };
+                if !sure && is_covered(self.map, self.params, &along, branches) {
+                    continue;
+                }
+                let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };
+                let outline = a.points.iter().chain(b.points.iter().rev()).copied().collect();
+                holes.push(Hole { before, after, lines, outline, length: center.length() });
+            }
+        }
+        holes
+    }
+
+    /// Whether a line joins two points: behind an end so closed lies an area, no lane.
+    fn is_closed(&self, [a, b]: [PointId; 2]) -> bool {
+        let of = |id: PointId| self.by_end.get(&id).map_or(&[][..], Vec::as_slice);
+        of(a).iter().any(|line| of(b).contains(line))
+    }
+
+    fn is_of_type(&self, line: LineStringId, kind: &str) -> bool {
+        self.map.map.linestrings.get(line).is_some_and(|line| line.attributes.is("type", kind))
+    }
+
+    /// The lines that run on from a point, roughly in a direction.
+    fn onward(&self, from: PointId, heading: Vector, own: &[LineStringId; 2]) -> Vec<Onward> {
+        let lines = self.by_end.get(&from).into_iter().flatten().filter(|line| !own.contains(line));
+        let onward = lines.filter_map(|&id| {
+            let line = self.map.map.linestrings.get(id)?;
+            let mut ids = line.points.clone();
+            if ids.first() != Some(&from) {
+                ids.reverse();
+            }
+            let place = |id: &PointId| self.map.map.points.get(*id).map(|point| point.position);
+            let points: Vec<Point> = ids.iter().map(place).collect::<Option<_>>()?;
+            let first = *points.first()?;
+            let along = Polyline::new(points.iter().copied())?.at(STEP) - first;
+            let turn = angle_between(heading, along).abs().to_degrees();
+            (turn <= self.params.straight_on).then(|| Onward { line: id, end: *ids.last().unwrap_or(&from), points })
+        });
+        onward.collect()
+    }
+
+    /// The middle between two lines that could be the borders of a lane from here on.
+    fn is_a_lane(&self, edge: &Edge, a: &Onward, b: &Onward, [low, high]: [f64; 2]) -> Option<Polyline> {
+        let own = edge.across().norm();
+        let [left, right] = [a, b].map(|line| Polyline::new(line.points.iter().copied()));
+        let (left, right) = (left?, right?);
+        let center = center_line(&a.points, &b.points)?;
+        let fits = |place: Point| {
+            let width = left.distance(place) + right.distance(place);
+            (low * own..=high * own).contains(&width)
+        };
+        let outline: Vec<Point> = a.points.iter().chain(b.points.iter().rev()).copied().collect();
+        (center.places(STEP).all(fits) && crate::geometry::simple_ring::is_simple(&outline)).then_some(center)
+    }
+}
+
+/// Whether lanelets of the same direction, or for others than cars, lie on the ground of a missing piece; without those that
+/// `do_not_count`.
+pub fn is_covered(map: &MapIndex, params: &Params, center: &Polyline, do_not_count: impl Fn(usize) -> bool) -> bool {
+    let places: Vec<Point> = center.places(STEP).collect();
+    let inner = places.iter().skip(1).take(places.len().saturating_sub(2));
+    let [mut all, mut covered] = [0_u32, 0_u32];
+    for place in inner {
+        all += 1;
+        let heading = center.direction(center.project(*place).station);
+        let lies_on = |&at: &usize| {
+            let lane = &map.lanes[at];
+            let along = lane.center.as_ref().map(|line| line.direction(line.project(*place).station));
+            let same = along.is_none_or(|along| angle_between(heading, along).abs().to_degrees() <= params.straight_on);
+            !do_not_count(at) && (same || !lane.vehicle) && polygon::contains(&lane.outline, *place)
+        };
+        covered += u32::from(map.lanes_near(*place, *place).iter().any(lies_on));
+    }
+    f64::from(covered) > COVERED * f64::from(all)
+}
+
+impl Hole {
+    /// The lanes whose end and whose start it explains.
+    pub fn lanes(&self) -> [Option<usize>; 2] {
+        [self.before, self.after]
+    }
+
+    pub fn into_finding(self, map: &MapIndex) -> Option<Finding> {
+        let [left, right] = self.lines;
+        let id = |lane: usize| map.lanes[lane].id;
+        let (first, between) = match (self.before, self.after) {
+            (Some(before), Some(after)) => (before, format!("from lane {} to lane {}", id(before), id(after))),
+            (Some(before), None) => (before, format!("on from lane {}", id(before))),
+            (None, Some(after)) => (after, format!("up to lane {}", id(after))),
+            (None, None) => return None,
+        };
+        let message =
+            format!("No lanelet lies between ways {left} and {right}, which lead {between} over {:.0} m.", self.length);
+        let finding = Finding::new("hole", subject(map, first), message)
+            .with(Subject::LineString(left.0), "border")
+            .with(Subject::LineString(right.0), "border")
+            .at(Place::Polygon(self.outline));
+        let other = self.after.filter(|&after| after != first);
+        Some(other.into_iter().fold(finding, |finding, other| finding.with(subject(map, other), "goes on here")))
+    }
+}
