@@ -115,7 +115,8 @@ impl ProjectorInfo {
                 Some(meant) => found.push(InfoFault::AtOdds { said, meant }),
                 None => found.extend(other_grid(osm, said, faults).or_else(|| far_origin(osm, said))),
             },
-            (true, None) => {}
+            // What does not fit a guess says nothing of a map whose file cannot be read.
+            (true, None) => drop(at_odds(osm, projector, faults)),
         }
         let fault = |fault| LoadFault { subject: Subject::Map, span: None, condition: Condition::ProjectorInfo(fault) };
         faults.extend(found.into_iter().map(fault));

@@ -41,12 +41,10 @@ fn roads(without: &[(i64, i64, i64)], ways_stay: bool) -> OsmData {
     drawing.data()
 }
 
-/// The findings about dead ends, unreachable lanes and gaps.
+/// The findings about dead ends, unreachable lanes, gaps and holes. That the three roads are apart is none of them.
 fn ends(without: &[(i64, i64, i64)], ways_stay: bool) -> Vec<String> {
     let found = judge(&from_osm(&roads(without, ways_stay), &Projector::Local), &Settings::default());
-    let about = |code: &&str| {
-        matches!(*code, "health/dead-end" | "health/unreachable" | "health/gap" | "health/hole" | "health/island")
-    };
+    let about = |code: &&str| matches!(*code, "health/dead-end" | "health/unreachable" | "health/gap" | "health/hole");
     found.iter().map(|one| one.code.as_str()).filter(about).map(str::to_owned).collect()
 }
 

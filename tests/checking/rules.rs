@@ -83,6 +83,12 @@ const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
     ),
     ("vm-04-02/bad-exchanged", 2, "two elements exchange their lights"),
     ("node/bad-ele-left-out", 9, "the heights of a map are left out where all of it lies at 0"),
+    ("health/bad-dead-end", 2, "the lane behind the missing one lies aside, so that it does not resume the one before"),
+    (
+        "health/bad-unreachable",
+        2,
+        "the lane behind the missing one lies aside, so that it does not resume the one before",
+    ),
     ("vm-07-04/bad-below-sea", 12, "all heights of a map are above the sea, or none"),
 ];
 

@@ -6,7 +6,9 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Edge, MapIndex, center_line};
 use crate::lanelet::{LineStringId, PointId, RoadType};
+use crate::rules::routing_moves::RoutingMoves;
 
+use super::ends::is_alone;
 use super::params::{Params, subject};
 
 /// Lines that bound no lane, whatever runs along them.
@@ -51,6 +53,7 @@ struct Onward {
 pub struct Holes<'m> {
     map: &'m MapIndex<'m>,
     params: &'m Params,
+    moves: &'m RoutingMoves<'m>,
     /// Lines by each of their two ends.
     by_end: FxHashMap<PointId, Vec<LineStringId>>,
     /// The two bounds of every lanelet, the smaller id first.
@@ -60,7 +63,7 @@ pub struct Holes<'m> {
 }
 
 impl<'m> Holes<'m> {
-    pub fn new(map: &'m MapIndex<'m>, params: &'m Params) -> Self {
+    pub fn new(map: &'m MapIndex<'m>, params: &'m Params, moves: &'m RoutingMoves<'m>) -> Self {
         let mut by_end: FxHashMap<PointId, Vec<LineStringId>> = FxHashMap::default();
         for line in &map.map.linestrings {
             let kind = line.attributes.get("type").unwrap_or_default();
@@ -76,6 +79,7 @@ impl<'m> Holes<'m> {
         Self {
             map,
             params,
+            moves,
             by_end,
             used: lanelets().map(|[a, b]| [a.min(b), a.max(b)]).collect(),
             bounds: lanelets().flatten().collect(),
@@ -132,10 +136,19 @@ impl<'m> Holes<'m> {
                 // The border of the ground of an intersection leads from road to road without a lane along it.
                 let is_ground =
                     |line: &LineStringId| !self.bounds.contains(line) && self.is_of_type(*line, "road_border");
-                if !next.is_empty() && idle < 2 && lines.iter().any(is_ground) {
+                let back: &[usize] = match beyond {
+                    Some(beyond) if forward => self.map.predecessors(beyond),
+                    Some(beyond) => self.map.followers(beyond),
+                    None => &[],
+                };
+                if !(next.is_empty() && back.is_empty()) && idle < 2 && lines.iter().any(is_ground) {
                     continue;
                 }
                 if !(next.is_empty() || (idle > 0 && beyond.is_some())) {
+                    continue;
+                }
+                // A lane that is dropped beside one that goes on, where paint or nothing takes its place.
+                if beyond.is_none() && idle == 0 && !is_alone(self.moves, at) {
                     continue;
                 }
                 // A kerb goes on where the map ends.
@@ -147,15 +160,14 @@ impl<'m> Holes<'m> {
                     continue;
                 };
                 let along = if forward { center.clone() } else { center.reversed() };
-                // Other ways on from the one lane, and other ways into the other, begin and end on the same ground.
-                let branches = |other: usize| {
-                    idle > 0
-                        && beyond.is_some_and(|beyond| {
-                            let back = if forward { self.map.predecessors(beyond) } else { self.map.followers(beyond) };
-                            next.contains(&other) || back.contains(&other)
-                        })
+                // Other ways on from the one lane, and other ways into the other, begin and end on the same ground. What leads from the
+                // one to the other is the piece itself, drawn with copies of its borders.
+                let does_not_count = |other: usize| match [next.contains(&other), back.contains(&other)] {
+                    _ if idle == 0 || beyond.is_none() => false,
+                    [true, true] => false,
+                    [one, two] => sure || one || two,
                 };
-                if !sure && is_covered(self.map, self.params, &along, branches) {
+                if is_covered(self.map, self.params, &along, does_not_count) {
                     continue;
                 }
                 let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };

@@ -50,7 +50,7 @@ impl<'m> Links<'m> {
         links.find_near_misses(params);
         links.find_head_on();
         links.find_gaps(params);
-        links.find_holes(params);
+        links.find_holes(params, moves);
         links.find_wide_gaps(params, moves);
         links
     }
@@ -210,13 +210,13 @@ impl<'m> Links<'m> {
     }
 
     /// Pieces of road of which the borders are there and the lanelet is not.
-    fn find_holes(&mut self, params: &Params) {
+    fn find_holes(&mut self, params: &Params, moves: &RoutingMoves) {
         let is_said = |hole: &Hole| {
             let [before, after] = hole.lanes();
             before.is_some_and(|lane| self.ends.contains(&lane))
                 || after.is_some_and(|lane| self.starts.contains(&lane))
         };
-        self.holes = Holes::new(self.map, params).find().into_iter().filter(|hole| !is_said(hole)).collect();
+        self.holes = Holes::new(self.map, params, moves).find().into_iter().filter(|hole| !is_said(hole)).collect();
         for [before, after] in self.holes.iter().map(Hole::lanes) {
             self.ends.extend(before);
             self.starts.extend(after);

@@ -66,8 +66,9 @@ fn ring(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
 /// what may lead out of the map there is a note only, and only where no border is shared with the rest.
 fn islands(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let lanes: Vec<usize> = (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle).collect();
-    let cut_off =
-        parts(map, &lanes, |at| moves.beside(at).into_iter().filter(|other| other.may_leave).map(|other| other.lane).collect());
+    let cut_off = parts(map, &lanes, |at| {
+        moves.beside(at).into_iter().filter(|other| other.may_leave).map(|other| other.lane).collect()
+    });
     let mut findings = Vec::new();
     let mut told = FxHashSet::default();
     for part in besides_the_largest(&cut_off, 1) {
@@ -107,18 +108,16 @@ fn parts(map: &MapIndex, lanes: &[usize], beside: impl Fn(usize) -> Vec<usize>) 
     parts.into_values().collect()
 }
 
-/// All parts but the largest, if that is a net from which something could be cut off: larger than each other one, and of at least
-/// so many lanes. If two halves have one size, it is unknown which of them is out of place.
+/// All parts smaller than the largest, if that is a net of at least so many lanes, from which something could be cut off. If two
+/// halves have one size, it is unknown which of them is out of place.
 fn besides_the_largest(parts: &[Vec<usize>], least: usize) -> impl Iterator<Item = &Vec<usize>> {
     let largest = parts.iter().map(Vec::len).max().unwrap_or_default();
     let is_net = largest >= least && largest > 1;
-    let main = parts.iter().position(|part| part.len() == largest).filter(|_| is_net);
-    let others = parts.iter().enumerate().filter(move |(at, _)| main.is_some_and(|main| main != *at));
-    others.map(|(_, part)| part)
+    parts.iter().filter(move |part| is_net && part.len() < largest)
 }
 
-/// Whether these lanes lie in the midst of others and nobody can drive between them: all their ends are close to other lanes, none of
-/// them is driven beside by oncoming traffic, as a road of two directions is, and nothing is said yet of their ends.
+/// Whether these lanes lie in the midst of others and nobody can drive between them: all their ends are close to lanes that go on, none
+/// of them is driven beside by oncoming traffic, as a road of two directions is, and nothing is said yet of their ends.
 fn is_cut_off(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links, part: &[usize]) -> bool {
     let own: FxHashSet<usize> = part.iter().copied().collect();
     let loose = &map.settings.loose_ends;
@@ -128,21 +127,33 @@ fn is_cut_off(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Lin
         let mut beside = map.lanes[at].bounds.iter().flat_map(|&way| map.users_of(way));
         beside.all(|other| own.contains(other) || along.contains(other) || !map.lanes[*other].vehicle)
     };
-    let is_near = |edge: &Edge| {
+    let is_near = |edge: &Edge, at: usize| {
         let (place, reach) = (edge.middle(), Vector::repeat(params.turning_place));
         let near = map.lanes_near(place - reach, place + reach);
-        near.into_iter().filter(|other| !own.contains(other) && map.lanes[*other].vehicle).any(|other| {
+        let near = near.into_iter().filter(|&other| {
             let outline = &map.lanes[other].outline;
             let line = Polyline::new(outline.iter().chain(outline.first()).copied());
-            line.is_some_and(|line| line.distance(place) <= params.turning_place)
-        })
+            !own.contains(&other)
+                && map.lanes[other].vehicle
+                && map.are_level(at, other, place)
+                && line.is_some_and(|line| line.distance(place) <= params.turning_place)
+        });
+        let near: Vec<usize> = near.collect();
+        // Where others begin or end without another lane, too, the map ends.
+        let is_loose = |&other: &usize| {
+            let lane = &map.lanes[other];
+            let (start, end) = (map.predecessors(other).is_empty(), map.followers(other).is_empty());
+            let is_close = |edge: &Edge| (edge.middle() - place).norm() <= params.turning_place;
+            start && is_close(&lane.start) || end && is_close(&lane.end)
+        };
+        !near.is_empty() && !near.iter().any(is_loose)
     };
     let entries: Vec<usize> = part.iter().copied().filter(|&at| map.predecessors(at).is_empty()).collect();
     let exits: Vec<usize> = part.iter().copied().filter(|&at| map.followers(at).is_empty()).collect();
     let is_known = |at: &usize, ends: &BTreeSet<i64>| ends.contains(&map.lanes[*at].id.0);
     let entered =
-        |at: &usize| is_near(&map.lanes[*at].start) && !links.starts.contains(at) && !is_known(at, &loose.starts);
-    let left = |at: &usize| is_near(&map.lanes[*at].end) && !links.ends.contains(at) && !is_known(at, &loose.ends);
+        |at: &usize| is_near(&map.lanes[*at].start, *at) && !links.starts.contains(at) && !is_known(at, &loose.starts);
+    let left = |at: &usize| is_near(&map.lanes[*at].end, *at) && !links.ends.contains(at) && !is_known(at, &loose.ends);
     !(entries.is_empty() && exits.is_empty())
         && part.iter().all(|at| is_street(at) && is_one_way(at))
         && entries.iter().all(entered)
