@@ -251,7 +251,11 @@ fn repeating_a_border_in_the_next_file_is_no_fault() {
 fn nodes() {
     let ele = r#"<tag k="ele" v="1"/>"#;
     let point = |condition| vec![(Subject::Point(1), condition)];
-    assert_eq!(changed(ele, ""), point(Condition::NoElevation));
+    let high = [NODES, WAYS, LANELET, LIGHT].concat().replace(ele, r#"<tag k="ele" v="30"/>"#);
+    let one_without = high.replacen(r#"<tag k="ele" v="30"/>"#, "", 1);
+    assert_eq!(conditions(&load(&[&one_without])), point(Condition::NoElevation));
+    // Lanelet2's own writer leaves a height of 0 out.
+    assert_eq!(changed(ele, ""), [(Subject::Map, Condition::ElevationLeftOut { nodes: 1 })]);
     assert_eq!(changed(ele, r#"<tag k="ele" v="high"/>"#), point(Condition::BadElevation { found: text("high") }));
     assert!(
         changed(r#"lat="35.00000""#, r#"lat="""#)

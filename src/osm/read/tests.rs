@@ -141,12 +141,16 @@ fn cut_off_anywhere_is_an_error_with_a_place() {
 
 #[test]
 fn a_place_that_is_not_on_earth() {
-    let error = fails("<osm>\n <node id=\"5\" lat=\"200\" lon=\"8\"/></osm>");
+    let data = read("<osm>\n <node id=\"5\" lat=\"200\" lon=\"8\"/></osm>");
+    assert_eq!((data.nodes[0].position, data.oddities[0].off_earth), (None, Some([200.0, 8.0])));
+    // Maps are judged all the same; nothing is built from such a place.
+    let error = refuse_off_earth(&data).unwrap_err();
     let (line, column, message) = place(&error);
     assert_eq!((line, column), (2, 2));
     assert!(message.contains("latitude 200") && error.help().contains("swapped"), "{message}");
     for bad in ["nan", "inf", "-1e300"] {
-        place(&fails(format!("<osm><node id=\"5\" lat=\"{bad}\" lon=\"8\"/></osm>")));
+        let data = read(&format!("<osm><node id=\"5\" lat=\"{bad}\" lon=\"8\"/></osm>"));
+        place(&refuse_off_earth(&data).unwrap_err());
     }
 }
 

@@ -2,12 +2,12 @@
 
 use crate::diagnostic::{Finding, Place, Severity};
 use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
-use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
 use crate::rules::routing_moves::RoutingMoves;
 
 use super::links::Links;
 use super::params::{Params, subject};
+use super::street_ends::{is_alone, is_open, is_street};
 
 pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let Some(border) = border(map) else { return Vec::new() };
@@ -46,36 +46,6 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
 fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: &Edge, known: bool) -> Finding {
     let finding = Finding::new(fault, subject(map, at), message).at(Place::Line(edge.points.to_vec()));
     if known { finding.graded(Severity::Info) } else { finding }
-}
-
-/// Whether no lane beside it goes on. Else it is an added or a dropped lane: vm-07-06.
-pub(super) fn is_alone(moves: &RoutingMoves, at: usize) -> bool {
-    !moves.beside(at).iter().any(|other| moves.leads_on(other.lane) || moves.is_led_to(other.lane))
-}
-
-/// Angle (deg) from which on a lane leads back.
-const BACK: f64 = 120.0;
-
-/// Whether a lane leads back close to where one ends, or leads there close to where one starts.
-pub(super) fn is_turning_place(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
-    let lane = &map.lanes[at];
-    let (place, heading) = match end {
-        true => (lane.end.middle(), lane.heading_out()),
-        false => (lane.start.middle(), lane.heading_in()),
-    };
-    let reach = Vector::repeat(params.turning_place);
-    map.lanes_near(place - reach, place + reach).into_iter().any(|at| {
-        let other = &map.lanes[at];
-        let (edge, onward) = if end { (other.start, other.heading_in()) } else { (other.end, other.heading_out()) };
-        let back = heading.zip(onward).is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() >= BACK);
-        other.vehicle && back && (edge.middle() - place).norm() <= params.turning_place && is_open(map, at, end)
-    })
-}
-
-/// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04.
-pub(super) fn is_street(map: &MapIndex, at: usize) -> bool {
-    let lane = &map.lanes[at];
-    lane.kind == RoadType::Road && lane.is_for_cars() && map.intersections_touching(at).next().is_none()
 }
 
 /// The outline of all lanes for vehicles.
@@ -119,11 +89,6 @@ fn turns(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
     let close: Vec<usize> = close.collect();
     let begins = |other: &usize| is_open(map, *other, end);
     close.iter().any(begins) || !(close.is_empty() || resumes(map, params, at, end))
-}
-
-/// Whether no lane leads to a lane's start, or away from its end.
-fn is_open(map: &MapIndex, at: usize, start: bool) -> bool {
-    if start { map.predecessors(at).is_empty() } else { map.followers(at).is_empty() }
 }
 
 /// Whether straight on from a loose end another loose end meets it.

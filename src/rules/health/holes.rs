@@ -8,8 +8,8 @@ use crate::lanelet::index::{Edge, MapIndex, center_line};
 use crate::lanelet::{LineStringId, PointId, RoadType};
 use crate::rules::routing_moves::RoutingMoves;
 
-use super::ends::is_alone;
 use super::params::{Params, subject};
+use super::street_ends::is_alone;
 
 /// Lines that bound no lane, whatever runs along them.
 const NO_BORDERS: [&str; 8] = [

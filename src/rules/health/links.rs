@@ -12,9 +12,9 @@ use crate::rules::crowd;
 use crate::rules::near_nodes::NodeClusters;
 use crate::rules::routing_moves::RoutingMoves;
 
-use super::ends::{is_alone, is_street, is_turning_place};
 use super::holes::{Hole, Holes, is_covered};
 use super::params::{Params, subject};
+use super::street_ends::{is_alone, is_street, is_turning_place};
 
 /// Lanes outside intersections that nearly continue each other. Those of intersections are the business of vm-03-04.
 pub struct Links<'m> {

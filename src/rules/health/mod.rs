@@ -8,6 +8,7 @@ mod narrow;
 mod network;
 mod params;
 mod shape;
+mod street_ends;
 
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
