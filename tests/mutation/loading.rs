@@ -128,7 +128,7 @@ pub const KINDS: &[Kind] = &[
         map.relation(id).members.push(super::draft::relation_member(other, "regulatory_element"));
         Some(vec![id])
     }),
-    kind("drop a height", &["node/no-ele"], |_, map, dice| {
+    kind("drop a height", &["node/no-ele", "node/ele-left-out"], |_, map, dice| {
         let id = dice.pick(&map.nodes)?.id;
         map.node(id).tags = without(&map.node(id).tags, "ele");
         Some(vec![id])
