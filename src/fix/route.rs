@@ -10,7 +10,7 @@ use crate::osm::ElementKind;
 pub struct Route {
     /// Who goes.
     pub who: &'static str,
-    /// How: on, by a lane change to the left.
+    /// How: the words of [`crate::lanelet::routing_pairs::Relation`].
     pub how: &'static str,
     /// The one lanelet, and whether it is used against its direction.
     pub from: (i64, bool),

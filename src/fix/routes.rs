@@ -1,11 +1,13 @@
-//! Holds safe fixes to their promise: none changes who may go from where to where, unless its finding is about that.
+//! Holds fixes to what they may do to routes: a safe one changes none, one that needs a look takes no way on, unless the finding is
+//! about that.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::fixes_by_place::ByPlace;
 use super::proposal::{Attempt, Proposal};
 use super::route::{Change, Route};
 use crate::diagnostic::Edit;
+use crate::lanelet::routing_pairs::Relation;
 
 /// Whether a batch may change a route at all.
 pub fn may_change(done: &[Proposal]) -> bool {
@@ -23,18 +25,32 @@ pub fn may_change(done: &[Proposal]) -> bool {
     })
 }
 
-/// The safe fixes that change a route that no finding of the batch is about, each with the reason.
+/// How a lanelet follows another, as [`Route::how`] says it.
+const ON: &str = Relation::Following.as_str();
+/// A lanelet that was cut leads on through so many pieces at most.
+const MOST_PIECES: usize = 4;
+
+/// The fixes that change a route that no finding of the batch is about, each with the reason. Of those that need a look, this is so
+/// only where somebody can no longer drive on, not even through lanelets that are new or longer now.
 pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
     let mut refused: FxHashMap<usize, String> = FxHashMap::default();
     if attempt.routes.is_empty() {
         return Vec::new();
     }
     let fixes = ByPlace::of(&attempt.done);
-    for Change { route, is_won } in &attempt.routes {
+    let gone: FxHashSet<(&str, i64)> = lost_lanelets(&attempt.routes).collect();
+    let is_blocked = |Change { route, is_won }: &Change| {
+        let is_gone = [route.from.0, route.to.0].iter().any(|lanelet| gone.contains(&(route.who, *lanelet)));
+        !is_won && route.how == ON && !is_gone && !leads_around(&attempt.routes, route)
+    };
+    for change in &attempt.routes {
+        let Change { route, is_won } = change;
         let keys = route.keys();
         let touching: Vec<usize> = fixes.about_any(&keys);
         let one_of = |at: &usize| attempt.done.get(*at);
-        let is_asked = |one: &Proposal| !one.fix.safe || keys.iter().all(|key| one.about.contains(key));
+        let is_about = |one: &Proposal| keys.iter().all(|key| one.about.contains(key));
+        let blocked = is_blocked(change);
+        let is_asked = |one: &Proposal| is_about(one) || !one.fix.safe && !blocked;
         if touching.iter().filter_map(one_of).any(is_asked) {
             continue;
         }
@@ -49,4 +65,24 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
     let mut refused: Vec<(usize, String)> = refused.into_iter().collect();
     refused.sort_unstable();
     refused
+}
+
+/// Who can no longer use which lanelet at all: it was merged into another, or closed.
+fn lost_lanelets(changes: &[Change]) -> impl Iterator<Item = (&'static str, i64)> {
+    let lost = changes.iter().filter(|change| !change.is_won && change.route.from == change.route.to);
+    lost.map(|change| (change.route.who, change.route.from.0))
+}
+
+/// Whether new steps lead to where a lost one led.
+fn leads_around(changes: &[Change], lost: &Route) -> bool {
+    let steps = || changes.iter().filter(|one| one.is_won && one.route.who == lost.who && one.route.how == ON);
+    let mut reached = vec![lost.from];
+    for _ in 0..MOST_PIECES {
+        let next = steps().map(|one| one.route).filter(|step| reached.contains(&step.from)).map(|step| step.to);
+        reached = next.collect();
+        if reached.contains(&lost.to) {
+            return true;
+        }
+    }
+    false
 }

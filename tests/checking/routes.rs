@@ -9,7 +9,7 @@ use lanewright::fix::Scope;
 use lanewright::lanelet::routing_pairs::{Directed, Relation, routing_pairs};
 
 use crate::common::judging::load;
-use crate::common::routes::{Routes, changed_unasked, real};
+use crate::common::routes::{MendedFile, Routes, changed_unasked, real};
 use crate::common::{hand_made_maps, rule_maps, shared_maps, soak};
 
 /// The hand-made maps of both corpora.
@@ -192,5 +192,40 @@ fn what_is_said_by_side_stays() {
         let of_changes = found.iter().filter(|one| one.code.starts_with("vm-01-02/") && one.finding.fix.is_some());
         assert_eq!(of_changes.count(), 0, "{tags}: {found:?}");
         assert_eq!(changed_unasked(&[file], true.into()).unwrap_or_default(), Vec::<String>::new(), "{tags}");
+    }
+}
+
+/// Whether somebody still comes from one lanelet to another, through at most so many others that are new.
+fn still_leads(routes: &Routes, [who, _, from, to]: &[String; 4]) -> bool {
+    const PIECES: usize = 4;
+    let mut reached = BTreeSet::from([from]);
+    for _ in 0..PIECES {
+        let on = routes
+            .iter()
+            .filter(|[other, how, start, _]| other == who && how == "following" && reached.contains(start));
+        reached = on.map(|[.., end]| end).collect();
+        if reached.contains(to) {
+            return true;
+        }
+    }
+    false
+}
+
+#[test]
+fn no_fix_takes_a_way_on_that_its_finding_is_not_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let scope = || Scope { unsafe_too: true, ..Scope::default() };
+    for (at, map) in slice(corpora(), 4).iter().enumerate() {
+        let Some(fixed) = MendedFile::of(map, &dir.path().join(at.to_string()), scope()) else { continue };
+        let (before, after) = (ours(&fixed.before), ours(&fixed.after));
+        let passes = |lanelet: &String, who: &String| {
+            after.contains(&[who.clone(), "pass".into(), lanelet.clone(), lanelet.clone()])
+        };
+        let is_lost = |route: &&[String; 4]| {
+            let [who, how, from, to] = route;
+            how == "following" && passes(from, who) && passes(to, who) && !still_leads(&after, route)
+        };
+        let lost: Vec<_> = before.difference(&after).filter(is_lost).filter(|route| !fixed.is_about(route)).collect();
+        assert!(lost.is_empty(), "{}: {lost:?}", map.display());
     }
 }

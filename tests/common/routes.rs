@@ -68,16 +68,17 @@ impl MendedFile {
         Some(Self { about: about.collect(), before, after })
     }
 
+    /// Whether a finding that was mended names both lanelets of a route.
+    pub fn is_about(&self, [_, _, from, to]: &[String; 4]) -> bool {
+        let both = [from, to].map(|id| id.trim_end_matches('-').to_owned());
+        self.about.iter().any(|named| both.iter().all(|id| named.contains(id)))
+    }
+
     /// The routes that are not the same before and after although no mended finding names both lanelets.
     pub fn unasked(&self, before: &Routes, after: &Routes) -> Vec<String> {
-        let bare = |id: &String| id.trim_end_matches('-').to_owned();
-        let is_asked = |[_, _, from, to]: &&[String; 4]| {
-            let both = [bare(from), bare(to)];
-            self.about.iter().any(|named| both.iter().all(|id| named.contains(id)))
-        };
         let lost = before.difference(after).map(|route| ("lost", route));
         let won = after.difference(before).map(|route| ("won", route));
-        let changed = lost.chain(won).filter(|(_, route)| !is_asked(route));
+        let changed = lost.chain(won).filter(|(_, route)| !self.is_about(route));
         changed.map(|(what, route)| format!("{what}: {}", route.join(" "))).collect()
     }
 }
