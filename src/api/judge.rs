@@ -9,7 +9,7 @@ use rustc_hash::{FxHashMap, FxHasher};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{Judge, Route};
 use crate::lanelet::index::{DrivingSide, FilledUnions, MapIndex};
-use crate::lanelet::routing_pairs::{Directed, Pair, routing_pairs};
+use crate::lanelet::routing_pairs::{Directed, Pair, Relation, routing_pairs};
 use crate::lanelet::{Condition, LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::{Node, OsmData};
 use crate::projection::{LonLat, Projector};
@@ -165,7 +165,8 @@ impl Judge for MapJudge<'_> {
         let ends = |one: Directed| (one.lanelet.0, one.inverted);
         let route = |pair: Pair| {
             let Pair { who, relation, from, to } = pair;
-            Route { who, how: relation.as_str(), from: ends(from), to: ends(to) }
+            let is_on = relation == Relation::Following;
+            Route { who, how: relation.as_str(), is_on, from: ends(from), to: ends(to) }
         };
         routing_pairs(&map).into_iter().map(route).collect()
     }

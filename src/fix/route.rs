@@ -10,8 +10,10 @@ use crate::osm::ElementKind;
 pub struct Route {
     /// Who goes.
     pub who: &'static str,
-    /// How: the words of [`crate::lanelet::routing_pairs::Relation`].
+    /// How: on, by a lane change to the left.
     pub how: &'static str,
+    /// Whether that is on, from the end of the one to the start of the other.
+    pub is_on: bool,
     /// The one lanelet, and whether it is used against its direction.
     pub from: (i64, bool),
     /// The other one.

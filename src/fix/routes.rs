@@ -7,7 +7,6 @@ use super::fixes_by_place::ByPlace;
 use super::proposal::{Attempt, Proposal};
 use super::route::{Change, Route};
 use crate::diagnostic::Edit;
-use crate::lanelet::routing_pairs::Relation;
 
 /// Whether a batch may change a route at all.
 pub fn may_change(done: &[Proposal]) -> bool {
@@ -25,8 +24,6 @@ pub fn may_change(done: &[Proposal]) -> bool {
     })
 }
 
-/// How a lanelet follows another, as [`Route::how`] says it.
-const ON: &str = Relation::Following.as_str();
 /// A lanelet that was cut leads on through so many pieces at most.
 const MOST_PIECES: usize = 4;
 
@@ -41,7 +38,7 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
     let gone: FxHashSet<(&str, i64)> = lost_lanelets(&attempt.routes).collect();
     let is_blocked = |Change { route, is_won }: &Change| {
         let is_gone = [route.from.0, route.to.0].iter().any(|lanelet| gone.contains(&(route.who, *lanelet)));
-        !is_won && route.how == ON && !is_gone && !leads_around(&attempt.routes, route)
+        !is_won && route.is_on && !is_gone && !leads_around(&attempt.routes, route)
     };
     for change in &attempt.routes {
         let Change { route, is_won } = change;
@@ -55,7 +52,7 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
             continue;
         }
         for at in touching {
-            let Route { who, how, from, to } = route;
+            let Route { who, how, from, to, .. } = route;
             let now = if *is_won { "now" } else { "no longer" };
             let reason =
                 || format!("it changes a route: for {who}, {how} from lanelet {} to {} is {now} there", from.0, to.0);
@@ -75,7 +72,7 @@ fn lost_lanelets(changes: &[Change]) -> impl Iterator<Item = (&'static str, i64)
 
 /// Whether new steps lead to where a lost one led.
 fn leads_around(changes: &[Change], lost: &Route) -> bool {
-    let steps = || changes.iter().filter(|one| one.is_won && one.route.who == lost.who && one.route.how == ON);
+    let steps = || changes.iter().filter(|one| one.is_won && one.route.who == lost.who && one.route.is_on);
     let mut reached = vec![lost.from];
     for _ in 0..MOST_PIECES {
         let next = steps().map(|one| one.route).filter(|step| reached.contains(&step.from)).map(|step| step.to);

@@ -38,7 +38,7 @@ pub enum Relation {
 
 impl Relation {
     /// In words.
-    pub const fn as_str(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Pass => "the way",
             Self::Following => "the way on",
