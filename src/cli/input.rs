@@ -79,10 +79,10 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
     text
 }
 
-/// What the settings want drawn and the map did not get.
-pub fn undrawn(notes: &[Finding]) -> String {
+/// What the settings want drawn and the map did not get, and what is too many to be drawn.
+pub fn undrawn<'a>(notes: impl IntoIterator<Item = &'a Finding>) -> String {
     let mut text = String::new();
-    for note in notes.iter().filter(|note| note.fault == UNDRAWN) {
+    for note in notes.into_iter().filter(|note| note.fault == UNDRAWN || note.fault.starts_with("too-many-")) {
         let _ = writeln!(text, "warning: {}", visible(&note.message));
     }
     text

@@ -149,6 +149,11 @@ impl Polyline {
     /// The station of [`Polyline::project`], metres. `stations` are those of the points. `hint` is a segment near `p` and
     /// becomes the nearest segment.
     pub fn station_of(&self, p: Point, stations: &[f64], hint: &mut usize) -> f64 {
+        self.station_and_distance(p, stations, hint).0
+    }
+
+    /// The station of [`Polyline::station_of`], and how far the line is from `p`, metres.
+    pub fn station_and_distance(&self, p: Point, stations: &[f64], hint: &mut usize) -> (f64, f64) {
         let on = |i: usize| {
             let (a, b) = (self.points[i], self.points[i + 1]);
             let d = b - a;
@@ -168,11 +173,11 @@ impl Polyline {
                 }
             }
             i += 1;
-            while stations.get(i + 1).is_some_and(|end| *end <= far) {
-                i += 1;
+            if stations.get(i + 1).is_some_and(|end| *end <= far) {
+                i += stations[i + 1..].partition_point(|end| *end <= far);
             }
         }
-        best.0
+        (best.0, best.1.sqrt())
     }
 
     /// The nearest segment to `p`, the parameter on it (0 to 1), and the square of the distance.

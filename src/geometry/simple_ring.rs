@@ -36,6 +36,29 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
     found
 }
 
+/// Whether a ring without faults stays so with this vertex, which has been inserted between its neighbours; see [`faults`].
+pub fn stays_simple(ring: &[Point], spike: f64, inserted: usize) -> bool {
+    let around = [ring.len() - 1, 0, 1].map(|i| ring[(inserted + i) % ring.len()]);
+    if around[0] == around[1] || around[1] == around[2] || !around[1].coords.iter().all(|v| v.is_finite()) {
+        return faults(ring, spike, 1).is_empty();
+    }
+    let ring = DistinctRing::new(ring);
+    let count = ring.count();
+    let Ok(own) = ring.indices.binary_search(&inserted) else { return faults(ring.points, spike, 1).is_empty() };
+    if [count - 1, 0, 1].into_iter().any(|i| ring.is_spike((own + i) % count, spike)) {
+        return false;
+    }
+    let new = [(own + count - 1) % count, own];
+    let boxes = new.map(|edge| aabb(ring.vertex(edge), ring.vertex(edge + 1)));
+    let meets = |(new, of_new): (usize, &Aabb), edge: usize| {
+        let (i, j) = (new.min(edge), new.max(edge));
+        ring.are_apart(i, j)
+            && of_new.intersects(&aabb(ring.vertex(edge), ring.vertex(edge + 1)))
+            && ring.crossing(i, j).is_some()
+    };
+    !(0..count).any(|edge| new.into_iter().zip(&boxes).any(|new| meets(new, edge)))
+}
+
 /// The vertices of a ring, by index, without those by which it turns back on itself or crosses itself: of two loops the smaller
 /// is left out. Fixed vertices stay.
 pub fn without_faults(ring: &[Point], spike: f64, is_fixed: impl Fn(usize) -> bool) -> Vec<usize> {
@@ -222,6 +245,25 @@ mod tests {
 
     fn ring(points: &[(f64, f64)]) -> Vec<Point> {
         points.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn a_ring_with_one_more_vertex_is_judged_by_its_new_edges() {
+        let star: Vec<Point> = (0..24)
+            .map(|i| {
+                let (angle, radius) = (f64::from(i) * std::f64::consts::TAU / 24.0, if i % 2 == 0 { 9.0 } else { 4.0 });
+                Point::new(radius * angle.cos(), radius * angle.sin())
+            })
+            .collect();
+        let mut judged = [0; 2];
+        for (at, x, y) in (1..=24).flat_map(|at| (-10..=10).flat_map(move |x| (-10..=10).map(move |y| (at, x, y)))) {
+            let mut ring = star.clone();
+            ring.insert(at, Point::new(f64::from(x), f64::from(y)));
+            let stays = stays_simple(&ring, 1.5, at);
+            assert_eq!(stays, faults(&ring, 1.5, 1).is_empty(), "{at}: {x}, {y}");
+            judged[usize::from(stays)] += 1;
+        }
+        assert!(judged.iter().all(|count| *count > 100), "{judged:?}");
     }
 
     #[test]

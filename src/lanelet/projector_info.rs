@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Subject, nearest};
 use crate::osm::OsmData;
-use crate::projection::{Info, LonLat, MgrsGrid, Projector, VerticalDatum, read_info};
+use crate::projection::{Info, InfoError, LonLat, MgrsGrid, Projector, VerticalDatum, read_info};
 
 use super::fault::{Condition, InfoFault, LoadFault};
 use super::inferred_projector::{Evidence, Inferred, explaining, twice};
@@ -39,7 +39,14 @@ impl ProjectorInfo {
         let own = folder.join(INFO);
         let path = if own.is_file() { Some(own) } else { like(folder) };
         let Some(path) = path else { return Ok(Self { expected, ..Self::default() }) };
-        Ok(Self::of(&path, &String::from_utf8_lossy(&fs::read(&path)?)))
+        let mut found = Self::of(&path, &String::from_utf8_lossy(&fs::read(&path)?));
+        if let Some(info) = found.info.as_mut().filter(|info| info.is_of_something_else())
+            && fs::symlink_metadata(&path)?.is_symlink()
+        {
+            // Its lines may be nobody's business: the link may have come with a map.
+            *info = Info { errors: vec![InfoError::Linked], ..Info::default() };
+        }
+        Ok(found)
     }
 
     /// A file of this name, with this text.

@@ -69,6 +69,9 @@ pub enum InfoError {
         /// What it has to be.
         expected: &'static str,
     },
+    /// A link to a file about something else.
+    #[error("the link leads to a file that names no projector; put the file itself here to see what is wrong with it")]
+    Linked,
     /// A grid that does not exist.
     #[error("mgrs_grid: {0}")]
     Grid(#[from] MgrsError),
@@ -111,6 +114,18 @@ impl Info {
     /// The value, or else the error is noted.
     fn keep<T>(&mut self, read: Result<T, InfoError>) -> Option<T> {
         read.map_err(|error| self.errors.push(error)).ok()
+    }
+
+    /// Whether the text does not even name a type of projector, nor one like it.
+    pub fn is_of_something_else(&self) -> bool {
+        self.errors.iter().any(|error| {
+            matches!(
+                error,
+                InfoError::Line { .. }
+                    | InfoError::Missing { key: "projector_type", .. }
+                    | InfoError::Type { meant: None, .. }
+            )
+        })
     }
 
     fn judge(&mut self, keys: &Keys, name: &'static str) {

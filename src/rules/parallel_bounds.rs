@@ -110,11 +110,38 @@ fn runs_along(border: &Border, other: &Border, reach: Reach) -> bool {
     }
     let mut places = border.line.places(STEP);
     let count = places.len();
+    // Of long bounds that only cross, most places need not be looked at.
+    let spacing = border.length / (count - 1) as f64;
+    let inside = border.line.segments().filter_map(|ends| length_inside(ends, around));
+    let most: f64 = inside.map(|length| length / spacing + 2.0).sum();
+    if most < reach.share * count as f64 {
+        return false;
+    }
     let (mut far, mut hint) = (0, 0);
     places.all(|p| {
         far += usize::from(!boxes_meet([p; 2], around) || !other.line.reaches(p, reach.apart, &mut hint));
         (count - far) as f64 / count as f64 >= reach.share
     })
+}
+
+/// How much of a segment, metres, lies in a box; `None` if it does not reach it.
+fn length_inside((a, b): (Point, Point), [low, high]: [Point; 2]) -> Option<f64> {
+    /// What is a hair beside the box counts.
+    const HAIR: f64 = 1e-6;
+    let along = b - a;
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let [least, most] = [low[axis] - HAIR - a[axis], high[axis] + HAIR - a[axis]];
+        if along[axis] == 0.0 {
+            if least > 0.0 || most < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let [one, other] = [least / along[axis], most / along[axis]];
+        (from, to) = (from.max(one.min(other)), to.min(one.max(other)));
+    }
+    (from <= to).then(|| along.norm() * (to - from))
 }
 
 /// Whether the height ranges of two lanes are so far apart that they cannot be on one level.

@@ -50,7 +50,7 @@ fn finding(fault: &InfoFault, params: &Params) -> Option<Finding> {
         }
         InfoFault::Unusable(error) => {
             let slug = match error {
-                InfoError::Line { .. } => "syntax",
+                InfoError::Line { .. } | InfoError::Linked => "syntax",
                 InfoError::Missing { .. } => "key",
                 InfoError::Type { .. } => "type",
                 InfoError::Value { .. } | InfoError::Grid(_) => "value",

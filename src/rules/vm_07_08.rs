@@ -1,11 +1,13 @@
 //! vm-07-08: outside intersections lanes do not lie on each other.
 
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Conflict, Lane, MapIndex};
+use crate::parallel::Finely;
 
 use super::crowd;
 
@@ -30,6 +32,9 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             && map.intersections_touching(at).next().is_none()
             && map.turn_direction(at).is_none()
     };
+    // Each is asked for by every lane that lies on it.
+    let streets: Vec<bool> = (0..map.lanes.len()).into_par_iter().finely().map(street).collect();
+    let street = |at: usize| streets[at];
     for at in (0..map.lanes.len()).filter(|&at| street(at)) {
         let behind = map.conflicts[at].iter().filter(|one| one.other > at && one.real && one.area > params.area);
         let on_it: Vec<&Conflict> = behind.filter(|one| street(one.other)).collect();

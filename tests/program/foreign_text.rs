@@ -132,8 +132,17 @@ fn a_link_shows_nothing_of_what_it_leads_to() {
             lanewright(tree.path(), &["check", "good.osm"]).fails_saying(&["lanewright.toml", "instead of a link"]);
         assert!(!run_text(&run).contains("hunter2"), "{}", run.stderr);
     }
-    // What is no link is shown with its place.
     fs::remove_file(at("lanewright.toml")).unwrap();
+    for text in ["root:hunter2:0:0\n", "projector_type: hunter2\n", "hunter2: [\n", "[registry]\ntoken = \"hunter2\"\n"]
+    {
+        let _ = fs::remove_file(at("map_projector_info.yaml"));
+        std::os::unix::fs::symlink(file("hosts", text), at("map_projector_info.yaml")).unwrap();
+        let run = lanewright(tree.path(), &["check", "good.osm"]);
+        assert!(run_text(&run).contains("the link leads to a file that names no projector"), "{text}");
+        assert!(!run_text(&run).contains("hunter2"), "{}", run_text(&run));
+    }
+    fs::remove_file(at("map_projector_info.yaml")).unwrap();
+    // What is no link is shown with its place.
     fs::write(at("lanewright.toml"), "profile = mine\n").unwrap();
     lanewright(tree.path(), &["check", "good.osm"]).fails_saying(&["lanewright.toml:1:", "profile = mine"]);
 }

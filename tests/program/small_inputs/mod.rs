@@ -213,7 +213,7 @@ fn what_is_too_many_to_compare_is_said() {
     assert_eq!(run.stdout.matches("parts/same-place").count(), 1, "one finding tells for all: {}", run.stdout);
     assert!(run.stdout.contains("80 nodes lie so close to each other: too many to compare"), "{}", run.stdout);
     let dir = drawn([streets::KINDS, streets::STEEP], "star", 24);
-    let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again", "--guesses"]).exits(0);
+    let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
     let said = format!("{}{}", run.stdout, run.stderr);
     assert!(said.contains("24 roads meet at node 1: too many"), "{said}");
 }

@@ -5,6 +5,7 @@ use crate::builder::intersection::conflict::strips_beside;
 use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
+use crate::geometry::polyline::within;
 use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
@@ -180,24 +181,42 @@ pub(super) fn without_spikes(
 /// Inserts missing nodes of the cuts into the nearest edge if it is near enough: the ends of lanes, then those between other
 /// strips, for example bicycle lanes.
 fn with_cut_nodes(assembly: &MapBuilder, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
+    let mut places = places(assembly, &ring);
+    let mut on_ring: FxHashSet<PointId> = ring.iter().copied().collect();
+    let mut simple = simple_ring::faults(&places, SPIKE, 1).is_empty();
     let others = arms.iter().flat_map(|arm| &arm.cut).map(|&id| (id, ON_EDGE));
     for (id, most) in lane_ends(arms).map(|id| (id, INSERT)).chain(others) {
-        if ring.contains(&id) {
+        if !on_ring.insert(id) {
             continue;
         }
-        let Some(i) = nearest_edge(assembly, &ring, assembly.position(id), most) else { continue };
-        ring.insert(i + 1, id);
-        if !is_simple(assembly, &ring) {
-            ring.remove(i + 1);
+        let fits = nearest_edge(&places, assembly.position(id), most).is_some_and(|i| {
+            places.insert(i + 1, assembly.position(id));
+            let fits = if simple {
+                simple_ring::stays_simple(&places, SPIKE, i + 1)
+            } else {
+                simple_ring::faults(&places, SPIKE, 1).is_empty()
+            };
+            if fits {
+                ring.insert(i + 1, id);
+            } else {
+                places.remove(i + 1);
+            }
+            simple |= fits;
+            fits
+        });
+        if !fits {
+            on_ring.remove(&id);
         }
     }
     ring
 }
 
-/// The edge of a ring, by its first node, that is nearest to a place and at most this far, metres, from it.
-fn nearest_edge(assembly: &MapBuilder, ring: &[PointId], place: Point, most: f64) -> Option<usize> {
+/// The edge of a ring, by its first vertex, that is nearest to a place and at most this far, metres, from it.
+fn nearest_edge(ring: &[Point], place: Point, most: f64) -> Option<usize> {
     let distance = |i: usize| {
-        let edge = [ring[i], ring[(i + 1) % ring.len()]].map(|id| assembly.position(id));
+        let edge = [ring[i], ring[(i + 1) % ring.len()]];
+        // Almost all edges are far away.
+        within((edge[0], edge[1]), place, 2.0 * most)?;
         Some((Polyline::new(edge)?.distance(place), i))
     };
     let nearest = (0..ring.len()).filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));

@@ -130,7 +130,10 @@ fn set_heights(road: &mut Road, profile: &TerrainProfile) {
     /// Vertices closer than this, metres, are one.
     const SAME: f64 = 0.5;
     let mut stations = road.line.stations();
-    let is_new = |s: &f64| stations.iter().all(|own| (own - s).abs() > SAME);
+    let is_new = |s: &f64| {
+        let next = stations.partition_point(|own| own < s);
+        stations[next.saturating_sub(1)..].iter().take(2).all(|own| (own - s).abs() > SAME)
+    };
     let inner: Vec<f64> = profile.stations().iter().copied().filter(is_new).collect();
     if !inner.is_empty() {
         let mut all = [&stations[..], &inner].concat();

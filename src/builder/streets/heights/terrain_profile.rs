@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadEnd, RoadNetwork};
-use crate::geometry::Point;
+use crate::geometry::spatial_hash::touch;
+use crate::geometry::{Point, Vector};
 use crate::parallel::Finely;
 
 use super::HeightOptions;
@@ -103,12 +104,17 @@ fn ground_graph(network: &RoadNetwork, options: &HeightOptions) -> GroundGraph {
 
 /// Stations of a road between its ends with known heights, metres.
 fn known(road: &Road, options: &HeightOptions) -> Vec<(f64, f64)> {
-    let length = road.line.length();
+    let (length, vertices) = (road.line.length(), road.line.stations());
+    let [low, high] = road.line.bounds();
+    let around = [low - Vector::repeat(ASIDE), high + Vector::repeat(ASIDE)];
     let spots = road.ways.iter().filter_map(|way| options.spots.of_way.get(way)).flatten();
+    // Those of a way come in its order: each lies near the one before it.
+    let mut hint = 0;
     let mut known: Vec<(f64, f64)> = spots
+        .filter(|(place, _)| touch(&[*place; 2], &around))
         .filter_map(|(place, height)| {
-            let foot = road.line.project(*place);
-            ((foot.point - place).norm() < ASIDE).then_some((foot.station, *height))
+            let (station, distance) = road.line.station_and_distance(*place, &vertices, &mut hint);
+            (distance < ASIDE).then_some((station, *height))
         })
         .collect();
     // The terrain below a bridge or above a tunnel is not the ground of the road.
