@@ -37,7 +37,7 @@ pub const KINDS: &[Kind] = &[
 /// Kinds of which twice as many parts take more than two and a half times as long; these sizes are within the bounds.
 pub const STEEP: &[Kind] = &[
     Kind { name: "shared node", size: 200, draw: shared_node },
-    Kind { name: "right of way", size: 60, draw: right_of_way },
+    Kind { name: "right of way", size: 600, draw: right_of_way },
     Kind { name: "one start", size: 100, draw: one_start },
     Kind { name: "fan", size: 150, draw: fan },
     Kind { name: "near nodes", size: 300, draw: near_nodes },
