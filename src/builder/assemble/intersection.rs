@@ -1,6 +1,7 @@
 //! One intersection: its notes and settings, its area, and everything that rules its lanelets.
 
 use crate::builder::control::controlled_arm::{Approach, ControlledArm};
+use crate::builder::control::light_places::LightGround;
 use crate::builder::control::signal_arrows::one_way;
 use crate::builder::control::walkway::walkways;
 use crate::builder::intersection::area_outline::AreaOutline;
@@ -130,10 +131,12 @@ impl<'a> IntersectionAssembly<'a> {
         let arrows = self.context.arrows.are_at(id, &outline.places);
         let (driving, key) =
             (self.context.network.side, intersection_key("intersection area", intersection).word("arm"));
+        let ground =
+            LightGround { rings: vec![outline.places.clone()], lanelets: self.car_lanelets(paths).collect(), arms };
         for (i, arm) in arms.iter().enumerate() {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
-            controlled.draw(&mut self.assembly, key, &outline.places);
+            controlled.draw(&mut self.assembly, key, &ground);
         }
         let legs = legs_of(&self.assembly, arms);
         let movers = self.movers(arms, paths, &controls, &legs);
@@ -148,13 +151,20 @@ impl<'a> IntersectionAssembly<'a> {
     fn lights(&mut self, intersection: &Intersection, arms: &[&Arm], paths: &[TurningLanelet]) {
         let (driving, key) = (self.context.network.side, intersection_key("intersection", intersection).word("arm"));
         let bicycles = std::mem::take(&mut self.bicycles);
-        let places: Vec<Point> = paths.iter().flat_map(|path| self.assembly.outline(path.lanelet)).collect();
+        let rings = paths.iter().map(|path| self.assembly.outline(path.lanelet)).collect();
+        let ground = LightGround { rings, lanelets: self.car_lanelets(paths).collect(), arms };
         let lit = arms.iter().enumerate().filter(|(_, arm)| has_lights(self.context.network, arm.at));
         for (i, arm) in lit {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, Control::Signals, false);
             let controlled = ControlledArm { arm: &arm, control: Control::Signals, approaches: &approaches, driving };
-            controlled.draw(&mut self.assembly, key, &places);
+            controlled.draw(&mut self.assembly, key, &ground);
         }
+    }
+
+    /// The outlines of the lanelets for cars.
+    fn car_lanelets<'s>(&'s self, paths: &'s [TurningLanelet]) -> impl Iterator<Item = Vec<Point>> + use<'s, 'a> {
+        let for_cars = paths.iter().filter(|path| path.kind == StripKind::Drive);
+        for_cars.map(|path| self.assembly.outline(path.lanelet))
     }
 
     /// Adds the polygon of the area, and notes its faults.

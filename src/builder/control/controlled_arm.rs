@@ -5,9 +5,10 @@ use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::Control;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::{Point, left_of};
+use crate::geometry::left_of;
 use crate::lanelet::{Attributes, LaneletId, LineStringId, Target, TurnDirection};
 
+use super::light_places::{LightAim, LightGround};
 use super::stop_line::{PAINTED_LINE, SIGN_LINE, stop_line};
 use super::vehicle_signals::{LightShape, add_light, light_element};
 
@@ -15,10 +16,6 @@ use super::vehicle_signals::{LightShape, add_light, light_element};
 const SIGN_HEIGHT: f64 = 2.0;
 /// Width of a sign, metres.
 const SIGN_SIZE: f64 = 0.6;
-/// Distance of lights behind the far edge of the intersection, metres.
-pub const BEHIND: f64 = 1.0;
-/// The largest distance of lights from the stop line, metres: drivers must see them.
-const LIGHT_REACH: f64 = 50.0;
 
 /// A lane that arrives at an intersection, and the lanelets behind its stop line.
 pub struct Approach {
@@ -43,10 +40,10 @@ pub struct ControlledArm<'a> {
 }
 
 impl ControlledArm<'_> {
-    /// Adds the stop lines, lights or signs of the arm and their regulatory elements. `ring` is the outline of the intersection.
-    pub fn draw(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) {
+    /// Adds the stop lines, lights or signs of the arm and their regulatory elements. Lights stand around the `ground`.
+    pub fn draw(&self, assembly: &mut MapBuilder, key: Key, ground: &LightGround) {
         let lights = match self.control {
-            Control::Signals => self.traffic_lights(assembly, key, ring),
+            Control::Signals => self.traffic_lights(assembly, key, ground),
             _ => vec![None; self.approaches.len()],
         };
         for ((lane, approach), light) in self.arm.into.iter().zip(self.approaches).zip(lights) {
@@ -73,9 +70,14 @@ impl ControlledArm<'_> {
         }
     }
 
-    /// Adds lights on the far side of the intersection that face the arm, and their bulbs; gives them by lane. Neighbours with
+    /// Adds lights that face the arm, and their bulbs; gives them by lane. Neighbours with
     /// the same arrow, or without one, share them; lanes that lead nowhere have none.
-    fn traffic_lights(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) -> Vec<Option<[LineStringId; 2]>> {
+    fn traffic_lights(
+        &self,
+        assembly: &mut MapBuilder,
+        key: Key,
+        ground: &LightGround,
+    ) -> Vec<Option<[LineStringId; 2]>> {
         let mut lights = Vec::new();
         let mut lanes = &self.arm.into[..];
         for alike in self.approaches.chunk_by(|one, next| one.arrow == next.arrow) {
@@ -84,10 +86,8 @@ impl ControlledArm<'_> {
             let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
             let leads_on = alike.iter().any(|approach| !approach.behind.is_empty());
             let light = leads_on.then(|| {
-                let start = nalgebra::center(&first.pose.point, &last.pose.point);
                 let inward = self.arm.inward;
-                let far = ring.iter().map(|p| (p - start).dot(&inward)).fold(0.0, f64::max);
-                let middle = start + inward * (far + BEHIND).min(LIGHT_REACH);
+                let middle = ground.place(&LightAim::of([first, last], inward, self.kerb_side()));
                 let shape = LightShape::with_arrow(self.driving, middle, inward, alike[0].arrow);
                 add_light(assembly, key.word("light").number(self.arm.at.end as i64).number(first.nodes[0].0), &shape)
             });
@@ -96,11 +96,15 @@ impl ControlledArm<'_> {
         lights
     }
 
+    /// On which side of its lanes the kerb is: 1 on the right, -1 on the left.
+    fn kerb_side(&self) -> f64 {
+        if self.driving == DrivingSide::Left { -1.0 } else { 1.0 }
+    }
+
     /// Adds a sign at the kerb side of a lane.
     fn sign(&self, assembly: &mut MapBuilder, key: Key, lane: &ArmLane, subtype: &str) -> LineStringId {
         let right = -left_of(lane.pose.heading);
-        let outward = if self.driving == DrivingSide::Left { -1.0 } else { 1.0 };
-        let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
+        let middle = lane.pose.point + right * (self.kerb_side() * (lane.width / 2.0 + SIGN_SIZE));
         let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
             assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
         });

@@ -27,7 +27,7 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::controlled_arm::BEHIND;
+use super::light_places::BEHIND;
 use super::stop_line::{PAINTED_LINE, stop_line};
 use super::vehicle_signals::{LightShape, add_light, light_element};
 
@@ -37,6 +37,9 @@ const GAP_LEAST: f64 = 0.5;
 const BEHIND_LIGHTS: f64 = 30.0;
 /// Between crosswalks that are less than this apart, metres, no vehicle can wait: one light holds it before both.
 const TOGETHER: f64 = 2.0 * STOP_GAP + VEHICLE;
+/// Two lights without a crosswalk and without a direction that are less than this apart, metres, are one for each direction: those who
+/// arrive stop at the first.
+const PAIR: f64 = 40.0;
 
 /// A part of a road between intersections with crossings that have pedestrian signals, or with lights alone.
 pub struct SignalisedCrossing {
@@ -65,14 +68,18 @@ pub fn signalised_crossings(
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
     let mut found: Vec<SignalisedCrossing> = Vec::new();
+    let mut last_for_both = false;
     for crossing in between.filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
         let RoadCrossing { road, node, station, lights_only, .. } = *crossing;
         let span = [station - half, station + half];
         let is_for =
             |travel: Option<Travel>, end: End| travel.is_none_or(|it| it == end.inbound() || it == Travel::Both);
         let stops = End::BOTH.map(|end| is_for(lights_only, end) && is_for(network.road(road).one_way(), end));
+        let for_both = lights_only == Some(Travel::Both);
+        let together = if for_both && last_for_both { PAIR } else { TOGETHER };
+        last_for_both = for_both;
         match found.last_mut() {
-            Some(last) if last.road == road && span[0] - last.span[1] < TOGETHER => {
+            Some(last) if last.road == road && span[0] - last.span[1] < together => {
                 last.span[1] = span[1];
                 last.stops = [0, 1].map(|end| last.stops[end] || stops[end]);
             }

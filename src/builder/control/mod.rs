@@ -2,6 +2,7 @@
 
 pub mod controlled_arm;
 pub mod crosswalk;
+pub mod light_places;
 pub mod mid_block_signals;
 pub mod pedestrian_signals;
 pub(crate) mod priority_road;

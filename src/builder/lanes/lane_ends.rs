@@ -11,7 +11,8 @@ mod tests;
 mod turn_setback;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
-use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::signal_assignment::arrives;
+use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::{angle_between, cross};
 use crate::lanelet::index::HEADING_REACH;
@@ -20,13 +21,14 @@ use crate::parallel::Finely;
 use super::gore::level_cuts;
 use super::road_cut::{
     CROSSWALK_BREADTH, ConnectionLines, ROAD_LEFT, RoadCrossing, RoadCut, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
-    SetbackDemand, VEHICLE,
+    SetbackDemand, VEHICLE, least_left,
 };
 use crossings::{behind_stop_line, crossings_once, move_between};
 use mapped_stop_line::{bend, mapped_stop_lines, move_to_stop_lines};
 use turn_setback::add_comfort;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use std::ops::RangeInclusive;
 
 pub use required_setback::RequiredSetbacks;
@@ -46,19 +48,21 @@ const CROSSES: f64 = 0.5;
 const LOOK: f64 = 10.0;
 /// A crossing belongs to the intersection up to this distance, metres, from the outline.
 const CROSSING_REACH: f64 = 12.0;
+/// The same where lights hold those who arrive, if nobody crosses nearer: they wait before the crosswalk, not behind it.
+const LIT_CROSSING_REACH: f64 = 18.0;
 /// Between a cut and the middle of a crosswalk with lights that is no farther than this, metres, no vehicle can wait.
 const NO_ROOM_TO_WAIT: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
 /// No cut moves before a sidewalk around a bend of more than this, degrees: lanelets would begin in a wrong direction.
 const SIDEWALK_BEND: f64 = 45.0;
 
 /// Cuts every road for crosswalks, stop lines and turns. `least_setbacks` are per road, metres behind its outline; `stops` says
-/// at which ends it is cut where a stop line is mapped. `known` gives earlier cuts of roads at whose ends nothing else has
+/// at which ends it is cut where a stop line is mapped; `crowded` as in [`least_left`]. `known` gives earlier cuts of roads at whose ends nothing else has
 /// changed.
 pub fn connection_lines<'a>(
     network: &RoadNetwork,
     required: &RequiredSetbacks,
     least_setbacks: &[[f64; 2]],
-    stops: &[[bool; 2]],
+    (stops, crowded): (&[[bool; 2]], &FxHashSet<RoadKey>),
     known: impl Fn(RoadIx) -> Option<&'a RoadCut> + Sync,
 ) -> ConnectionLines {
     let least = &required.least;
@@ -68,7 +72,8 @@ pub fn connection_lines<'a>(
     let cut = |i: usize, setbacks: [f64; 2]| {
         let ix = RoadIx::new(i);
         let (firm, comfort, joined) = (least_setbacks[i], comfort[i], required.joined[i]);
-        let demand = SetbackDemand { least: least[i], setbacks, firm, comfort, stops: stops[i], joined };
+        let left = least_left(network, crowded, network.road(ix));
+        let demand = SetbackDemand { left, least: least[i], setbacks, firm, comfort, stops: stops[i], joined };
         let known = known(ix).filter(|known| known.demand == demand);
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
@@ -119,6 +124,10 @@ struct CutPlan<'a> {
     /// The part of each setback that has another reason than the room of turns.
     firm: [f64; 2],
     comfort: [f64; 2],
+    /// How much of the road setbacks leave; crosswalks leave less.
+    left: f64,
+    /// The part of each setback that makes room for a crosswalk or a sidewalk.
+    crossed: [f64; 2],
     /// Where it meets another road face to face.
     joined: [bool; 2],
     /// Depths of the mapped stop lines.
@@ -127,12 +136,12 @@ struct CutPlan<'a> {
 
 impl<'a> CutPlan<'a> {
     fn new(network: &'a RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> Self {
-        let SetbackDemand { least, setbacks, firm, comfort, stops, joined } = demand;
+        let SetbackDemand { left, least, setbacks, firm, comfort, stops, joined } = demand;
         // A third road that is left out may have asked for more.
         let [setbacks, firm, comfort] =
             [setbacks, firm, comfort].map(|by| End::BOTH.map(|end| if joined[end] { 0.0 } else { by[end] }));
-        let (road, stop_lines) = (network.road(ix), [None; 2]);
-        let mut plan = Self { network, road, ix, least, setbacks, firm, comfort, joined, stop_lines };
+        let (road, stop_lines, crossed) = (network.road(ix), [None; 2], [0.0; 2]);
+        let mut plan = Self { network, road, ix, least, setbacks, firm, comfort, left, crossed, joined, stop_lines };
         plan.stop_lines = mapped_stop_lines(plan.road, least, |end| stops[end] && plan.is_approach(end));
         plan
     }
@@ -154,11 +163,13 @@ impl<'a> CutPlan<'a> {
     /// Where the road is cut with these stop lines, and at which ends it is cut at one.
     fn stations(&self, stop_lines: [Option<f64>; 2]) -> (Stations, [bool; 2]) {
         let (setbacks, moved) = move_to_stop_lines(self.least, self.setbacks, stop_lines);
-        let kept = cut_back(self.least, setbacks, self.road.line.length());
+        let beyond_crosswalks = self.least[1] - self.least[0] - self.crossed.iter().sum::<f64>();
+        let left = beyond_crosswalks.clamp(ROAD_LEFT, self.left);
+        let kept = cut_back(self.least, setbacks, (self.road.line.length(), left));
         let more = [0, 1].map(|end| if moved[end] { 0.0 } else { (self.comfort[end] - setbacks[end]).max(0.0) });
         let cut = straighten(self.road, add_comfort(self.road, kept, more));
         let firm = [0, 1].map(|end| if moved[end] { setbacks[end] } else { self.firm[end] });
-        let clear = clear_of_bends(self.road, (self.least, firm), cut);
+        let clear = clear_of_bends(self.road, (self.least, firm, left), cut);
         (End::BOTH.map(|end| if self.joined[end] { cut[end] } else { clear[end] }), moved)
     }
 
@@ -168,7 +179,16 @@ impl<'a> CutPlan<'a> {
         if lights && !self.intersection(end).signals {
             return from_cut(self.stations([None; 2]).0, end, station) <= NO_ROOM_TO_WAIT;
         }
-        from_cut(self.least, end, station) <= self.stop_lines[end].unwrap_or_default().max(CROSSING_REACH)
+        let reach = if self.is_first_before_lights(end, station) { LIT_CROSSING_REACH } else { CROSSING_REACH };
+        from_cut(self.least, end, station) <= self.stop_lines[end].unwrap_or_default().max(reach)
+    }
+
+    /// Whether lights hold those who arrive at an end, and nobody crosses between it and a station.
+    fn is_first_before_lights(&self, end: End, station: f64) -> bool {
+        let depth = |station: f64| from_cut(self.least, end, station);
+        let nearer = self.road.features.iter().filter(|feature| depth(feature.station) < depth(station));
+        let mut nearer = nearer.filter(|feature| matches!(feature.kind, FeatureKind::Crossing { .. }));
+        self.intersection(end).signals && arrives(self.road, end) && nearer.next().is_none()
     }
 
     /// The crossings of the road, and the lights between intersections; at most one crossing belongs to each arm.
@@ -233,6 +253,7 @@ impl<'a> CutPlan<'a> {
     fn set_back(&mut self, end: End, setback: f64) {
         self.setbacks[end] = self.setbacks[end].max(setback);
         self.firm[end] = self.firm[end].max(setback);
+        self.crossed[end] = self.crossed[end].max(setback);
     }
 
     /// From the stop line to the crosswalk, metres: on slow streets it is shorter, on fast roads longer.
@@ -295,9 +316,9 @@ fn half_carriageway(road: &Road) -> f64 {
     road.section.edge(left).abs().max(road.section.edge(right).abs())
 }
 
-/// Moves both cuts up the road; where it is too short for both, in proportion.
-fn cut_back([start, end]: Stations, [a, b]: [f64; 2], length: f64) -> Stations {
-    let room = (end - start - ROAD_LEFT.min(length / 2.0)).max(0.0);
+/// Moves both cuts up a road of this `length`, of which so much is `left`; where it is too short for both, in proportion.
+fn cut_back([start, end]: Stations, [a, b]: [f64; 2], (length, left): (f64, f64)) -> Stations {
+    let room = (end - start - left.min(length / 2.0)).max(0.0);
     let share = if a + b > room { room / (a + b) } else { 1.0 };
     [start + a * share, end - b * share]
 }
@@ -320,7 +341,7 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
 /// bend the lanes on the inside would change direction at the cut, and the turn would begin where the bend does not yet end. A cut
 /// moves up the road, so that the bend becomes a part of the turn, or back toward the least cut, as far as the `firm` part of its
 /// setback allows.
-fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
+fn clear_of_bends(road: &Road, (least, firm, left): (Stations, [f64; 2], f64), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
     const STRAIGHT: f64 = HEADING_REACH;
     /// ... or bends by no more than this, degrees, where the cut moves up the road by this, metres. The first that some place keeps
@@ -335,7 +356,7 @@ fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: St
     const STEP: f64 = 0.5;
     let half = road.half_width();
     for end in End::BOTH {
-        let room = (kept[1] - kept[0] - ROAD_LEFT).max(0.0);
+        let room = (kept[1] - kept[0] - left).max(0.0);
         let back = (from_cut(least, end, kept[end]) - firm[end]).max(0.0);
         let bend = |[depth, behind]: [f64; 2]| {
             let headings = [depth, depth + behind].map(|depth| inward(road, end, at_depth(kept, end, depth)));

@@ -332,7 +332,8 @@ mod tests {
         let network = &streets.network;
         let joins = Continuations::find(network);
         let required = RequiredSetbacks::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
-        let lines = connection_lines(network, &required, &[[0.0; 2]; 3], &[[false; 2]; 3], |_| None);
+        let lines =
+            connection_lines(network, &required, &[[0.0; 2]; 3], (&[[false; 2]; 3], &FxHashSet::default()), |_| None);
         let stitching = LaneStitching::new(single_lanes(network, &lines.kept));
         let ends = stitching.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
         let joined = ends.filter(|(id, end, _)| matches!(stitching.meeting(*id, *end), Some(Meeting::Joined(_))));

@@ -1,6 +1,8 @@
 //! Where a road is cut before an intersection, and where people cross it.
 
-use crate::builder::network::{End, FeatureKind, Road, RoadIx, Stations};
+use rustc_hash::FxHashSet;
+
+use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::Travel;
 use crate::geometry::Vector;
 
@@ -16,6 +18,9 @@ pub const STOP_GAP_MOST: f64 = 4.0;
 pub const VEHICLE: f64 = 5.0;
 /// Setbacks leave this much of a road, metres, so that the stop lines at its ends stay apart; turns need the rest more.
 pub const ROAD_LEFT: f64 = 2.0;
+/// Between two intersections setbacks leave this much of a road, metres, a waiting vehicle and half a metre, if a car can take all
+/// turns all the same.
+pub const ROAD_LEFT_BETWEEN: f64 = VEHICLE + 0.5;
 
 /// A place where people cross the carriageway, or where lights hold vehicles though nobody crosses.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +52,13 @@ pub struct ConnectionLines {
     pub(super) cuts: Vec<RoadCut>,
 }
 
+/// How much of a road setbacks leave, metres. `crowded` are roads of which turns take all but the least.
+pub fn least_left(network: &RoadNetwork, crowded: &FxHashSet<RoadKey>, road: &Road) -> f64 {
+    let is_crossing = |at| network.intersection(at).arms.len() > 2;
+    let between = !road.roundabout && road.from != road.to && [road.from, road.to].into_iter().all(is_crossing);
+    if between && !crowded.contains(&road.key) { ROAD_LEFT_BETWEEN } else { ROAD_LEFT }
+}
+
 impl ConnectionLines {
     /// Whether all roads have their cuts and crossings at the same stations.
     pub fn agree(&self, other: &Self) -> bool {
@@ -62,6 +74,8 @@ impl ConnectionLines {
 /// The setbacks of both ends of a road behind its outlines, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SetbackDemand {
+    /// How much of the road setbacks leave.
+    pub(super) left: f64,
     /// Where its outlines cut it.
     pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],

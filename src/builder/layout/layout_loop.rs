@@ -4,7 +4,8 @@
 //! farther back, some roads must be merged or left out, some roads must be cut at their stop lines. Each round meets the demands of
 //! one kind and draws again what that changes.
 //!
-//! A road can be too short to be cut back behind a lanelet that runs over its end, or to be cut back for a turn that a car can take.
+//! A road between two intersections keeps room for a waiting vehicle, unless lanelets run over its ends or a car could not take a turn.
+//! It can then be too short to be cut back behind a lanelet that runs over its end, or to be cut back for a turn that a car can take.
 //! No vehicle can wait on such a road: it lies inside an intersection, and the intersections at its ends are merged if that helps. A
 //! dead end or a loop of that kind is left out. A longer road that no turn joins ends before the intersection.
 
@@ -28,7 +29,7 @@ use super::lane_drops::{added_lanes, lane_drops};
 use super::map_layout::Layout;
 use super::roads_inside::{
     crowded_intersections, ends_without_turns, half_served_ends, left_out, left_out_movements, road_inside,
-    roads_abreast, roads_inside, roads_to_leave_out, too_many_roads,
+    roads_abreast, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
@@ -118,7 +119,7 @@ enum StopLines {
 impl LayoutLoop<'_> {
     /// Meets the demands of the first kind that has some; breaks if there are no demands.
     fn meet_demand(mut self) -> ControlFlow<Self, Self> {
-        if self.set_back_cuts() {
+        if self.set_back_cuts() || self.cut_roads_farther() {
             self.layout.redraw(&[]);
             return ControlFlow::Continue(self);
         }
@@ -162,6 +163,13 @@ impl LayoutLoop<'_> {
         }
         self.layout.outline();
         self.layout.set_back_overrun_cuts()
+    }
+
+    /// Lets turns take the room of a waiting vehicle on roads where they need it; `false` if there are none.
+    fn cut_roads_farther(&mut self) -> bool {
+        let roads = roads_to_cut_farther(&self.layout);
+        self.layout.crowd(&roads);
+        !roads.is_empty()
     }
 
     /// Leaves out the short dead ends of a row that would all become one intersection; `false` if there are none.

@@ -11,13 +11,13 @@ mod reuse;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
 use crate::builder::lanes::road_continuation::Continuations;
-use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT};
+use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT, least_left};
 use crate::builder::lanes::road_lanes::{lanes, redraw};
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::road_end::from_cut;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::diagnostic::Finding;
 use crate::parallel::Finely;
 
@@ -34,6 +34,8 @@ use rustc_hash::FxHashSet;
 const CLEARING: f64 = 1.0;
 /// ... until it lies this far, metres, behind the outline of the streets.
 const CLEARING_MOST: f64 = 30.0;
+/// Lengths of roads that differ by less than this, metres, are the same.
+const SAME: f64 = 0.05;
 /// A cut lies this far, metres, behind the lanelet that would run over it.
 const CLEAR: f64 = 0.2;
 
@@ -60,6 +62,8 @@ pub struct Layout {
     pub(super) back: Vec<[f64; 2]>,
     /// Whether each end of a road is cut where the map says that vehicles stop.
     pub(super) stops: Vec<[bool; 2]>,
+    /// Roads between intersections that do not keep room for a waiting vehicle: turns need it.
+    pub(super) crowded: FxHashSet<RoadKey>,
     /// How far the turns at each end of a road want it cut back.
     needs: RequiredSetbacks,
 }
@@ -72,19 +76,22 @@ impl Layout {
         let mut joins = Continuations::find(&network);
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
-        let lines = connection_lines(&network, &needs, &back, &stops, |_| None);
+        let crowded = FxHashSet::default();
+        let lines = connection_lines(&network, &needs, &back, (&stops, &crowded), |_| None);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::new(contested);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let turning = network.intersections.iter().map(|_| None).collect();
-        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, needs };
+        let mut layout =
+            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, crowded, needs };
         layout.draw_lanelets();
         (layout, notes)
     }
 
     /// The connection lines for the present setbacks and stop lines.
     pub(super) fn wanted_lines(&self) -> ConnectionLines {
-        connection_lines(&self.network, &self.needs, &self.back, &self.stops, |road| Some(self.lines.cut(road)))
+        let ends = (&self.stops[..], &self.crowded);
+        connection_lines(&self.network, &self.needs, &self.back, ends, |road| Some(self.lines.cut(road)))
     }
 
     /// Draws the roads whose cuts have moved and those in `anew`, which are in order of their indices, and the lanelets at their ends.
@@ -194,6 +201,26 @@ impl Layout {
         to - from
     }
 
+    /// How much of a road setbacks leave, metres.
+    pub(super) fn least_left(&self, road: RoadIx) -> f64 {
+        least_left(&self.network, &self.crowded, self.network.road(road))
+    }
+
+    /// Whether a road cannot be cut back farther.
+    pub(super) fn is_spent(&self, road: RoadIx) -> bool {
+        self.left(road) < self.least_left(road) + SAME
+    }
+
+    /// Whether a road cannot be cut back farther because it keeps room for a waiting vehicle.
+    pub(super) fn keeps_room(&self, road: RoadIx) -> bool {
+        self.is_spent(road) && self.least_left(road) > ROAD_LEFT
+    }
+
+    /// Lets turns take all but the least of these roads.
+    pub(super) fn crowd(&mut self, roads: &[RoadIx]) {
+        self.crowded.extend(roads.iter().map(|road| self.network.road(*road).key));
+    }
+
     /// Whether the roads of an intersection are two that meet face to face.
     pub(super) fn meet_face_to_face(&self, at: IntersectionIx) -> bool {
         self.joins.joined(at)
@@ -219,7 +246,7 @@ impl Layout {
 
     /// Moves cuts farther back along which the outline does not lead, if their roads have room; `false` if none moves.
     pub(super) fn set_back_overrun_cuts(&mut self) -> bool {
-        let roomy = |at: &RoadEnd| self.left(at.road) >= ROAD_LEFT + CLEARING;
+        let roomy = |at: &RoadEnd| !self.is_spent(at.road);
         let wanted: Vec<(RoadEnd, f64)> =
             self.overrun().filter(roomy).map(|at| (at, (self.setback(at) + CLEARING).min(CLEARING_MOST))).collect();
         self.set_back(wanted, 0.0)

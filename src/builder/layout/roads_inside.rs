@@ -28,6 +28,15 @@ pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx
     roads
 }
 
+/// The roads of which just a waiting vehicle is left, though lanelets run over their ends or turns there need more; in order.
+pub fn roads_to_cut_farther(layout: &Layout) -> Vec<RoadIx> {
+    let overrun = layout.overrun().map(|at| at.road);
+    let mut roads: Vec<RoadIx> = overrun.chain(short_links(layout)).filter(|road| layout.keeps_room(*road)).collect();
+    roads.sort_unstable();
+    roads.dedup();
+    roads
+}
+
 /// Those of these roads, in ascending order, that join the same two intersections as another of them. Without room they lie over each
 /// other, so that nothing can be built between the intersections, however large these are.
 pub fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {

@@ -3,7 +3,6 @@
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::intersection::undrivable::begins_or_ends_in_corner;
-use crate::builder::lanes::road_cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx};
 use crate::geometry::curve;
 use crate::geometry::pose::{self, Pose};
@@ -25,16 +24,13 @@ pub const SETBACK_LEAST: f64 = 0.2;
 const SETBACK_MOST: f64 = 20.0;
 /// A turn with this part of the largest radius is as good.
 const WIDE: f64 = 0.9;
-/// Lengths of roads that differ by less than this, metres, are the same.
-const SAME: f64 = 0.05;
-
 /// The tangents of a turn, metres, and its change of direction, radians.
 type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
 
 /// The roads that are too short to be cut back for a lanelet that bends too tightly for a car; in order. The pieces of a roundabout's
 /// ring are not among them.
 pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
-    let spent = |road: &RoadIx| layout.left(*road) < ROAD_LEFT + SAME && !layout.network.road(*road).roundabout;
+    let spent = |road: &RoadIx| layout.is_spent(*road) && !layout.network.road(*road).roundabout;
     let mut roads: Vec<RoadIx> = Vec::new();
     for (at, turning) in layout.network.intersections.iter().zip(&layout.turning) {
         if let Some(turning) = turning.as_ref().filter(|_| at.arms.iter().any(|arm| spent(&arm.road))) {
@@ -72,7 +68,7 @@ fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
 
 /// How far a road can be cut back, metres; `None` if it cannot. The pieces of a ring are not cut back.
 fn room(layout: &Layout, at: RoadEnd) -> Option<f64> {
-    let room = layout.left(at.road) - ROAD_LEFT;
+    let room = layout.left(at.road) - layout.least_left(at.road);
     (room > SETBACK_LEAST && !layout.network.road(at.road).roundabout).then_some(room)
 }
 

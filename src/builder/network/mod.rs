@@ -27,6 +27,7 @@ mod self_crossings;
 mod short_dead_ends;
 pub mod signal_assignment;
 mod stop_line_assignment;
+mod streets_nearby;
 #[cfg(test)]
 mod tests;
 pub mod turn_angle;

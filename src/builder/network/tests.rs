@@ -331,6 +331,50 @@ fn a_way_without_lane_tags_takes_the_lanes_before_and_after_it() {
 }
 
 #[test]
+fn a_carriageway_of_a_main_road_does_not_lose_its_lanes() {
+    const NODES: [(i64, f64, f64, &str); 7] = [
+        (1, -90.0, 0.0, ""),
+        (2, 0.0, 0.0, ""),
+        (3, 80.0, 0.0, ""),
+        (4, 80.0, 20.0, ""),
+        (5, 0.0, 20.0, ""),
+        (6, 180.0, 0.0, ""),
+        (7, 260.0, 0.0, ""),
+    ];
+    const STREET: &str = "highway=secondary name=A";
+    let lanes_of = |own: &str, others: &[(i64, &[i64], &str)]| {
+        let with = |text: &str| format!("oneway=yes {text}");
+        let own = with(own);
+        let texts: Vec<String> = others.iter().map(|(_, _, text)| with(&format!("{STREET} {text}"))).collect();
+        let mut ways: Vec<(i64, &[i64], &str)> = vec![(20, &[2, 3], &own)];
+        ways.extend(others.iter().zip(&texts).map(|((id, nodes, _), text)| (*id, *nodes, text.as_str())));
+        let built = build(&data(&NODES, &ways));
+        let road = built.network.roads.iter().find(|road| road.key.way == 20).unwrap();
+        road.section.driven().count()
+    };
+    let before: (i64, &[i64], &str) = (10, &[1, 2], "lanes=4");
+    let twin: (i64, &[i64], &str) = (30, &[4, 5], "lanes=3");
+    let nearby: (i64, &[i64], &str) = (40, &[6, 7], "lanes=5");
+    assert_eq!(lanes_of(STREET, &[nearby, twin, before]), 4, "as before it");
+    assert_eq!(lanes_of(STREET, &[nearby, twin]), 3, "as its twin");
+    assert_eq!(lanes_of(STREET, &[nearby]), 5, "as the street nearby");
+    assert_eq!(lanes_of(STREET, &[]), 1, "as its class");
+    let narrow = [
+        "highway=secondary name=A width=4",
+        "highway=tertiary name=A",
+        "highway=secondary_link name=A",
+        "highway=secondary name=A lanes=1",
+        "highway=secondary name=B",
+    ];
+    for own in narrow {
+        assert_eq!(lanes_of(own, &[nearby, twin]), 1, "{own}");
+    }
+    // Of two pieces the one with fewer lanes: a lane for turns may begin or end with the other.
+    let after: (i64, &[i64], &str) = (50, &[3, 6], "lanes=3");
+    assert_eq!(lanes_of(STREET, &[before, after]), 3);
+}
+
+#[test]
 fn settings_overrule_tags() {
     let ways: [(i64, &[i64], &str); 4] = [
         (10, &[1, 5], "lanes=2 maxspeed=50"),

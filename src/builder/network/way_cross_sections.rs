@@ -2,25 +2,32 @@
 //!
 //! Mappers who tag lanes often leave out the short piece between two carriageways, on a bridge or through a crossing. If the
 //! lanes before and after it are the same, it has them, too. A short piece may lie between roads of another name or class.
+//!
+//! A one-way carriageway of a main road does not lose its lanes where the tags end: it has those of the road before it or behind it, of
+//! its twin, or of the same street nearby.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::tags::cross_section::{
-    Customs, Lane, SectionReading, StripKind, Travel, WayFacts, layout, tells_lanes,
+    Assumed, Customs, Lane, SectionReading, StripKind, Travel, WayFacts, layout, tells_lanes,
 };
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 use crate::builder::tags::speed::unread;
 use crate::diagnostic::{Finding, Severity, Subject};
-use crate::geometry::{Point, Vector, angle_between};
+use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::parallel::Finely;
 
 use super::End;
 use super::access::{Access, Drivable};
+use super::streets_nearby::{Beside, Carriageway, StreetsNearby};
 use super::turn_angle::STRAIGHT;
 
 /// How many consecutive ways are searched for tagged lanes.
 const WAYS_MOST: usize = 4;
+/// A carriageway takes the lanes of others only if it and the untagged ones between are no longer than this together, metres. So much
+/// of the data around it is always at hand where a map is built in tiles.
+const REACH: f64 = 500.0;
 /// A way no longer than this, metres, may be the piece of a road through a crossing.
 const PIECE: f64 = 60.0;
 
@@ -39,7 +46,7 @@ impl<'d, 'a> WaySections<'d, 'a> {
         sections
     }
 
-    fn layout(&self, way: &Drivable<'a>, continued: Option<&[Lane]>) -> (SectionReading, Vec<Finding>) {
+    fn layout(&self, way: &Drivable<'a>, continued: Option<&Assumed>) -> (SectionReading, Vec<Finding>) {
         let facts = WayFacts {
             way: way.way.id,
             tags: &way.way.tags,
@@ -70,7 +77,7 @@ impl<'d, 'a> WaySections<'d, 'a> {
         used.dedup();
         let graph = WayGraph::new(self.drivable, positions, used.iter().map(|&i| (i, &self.layouts[i].0)));
         let again = used.par_iter().finely().filter_map(|&i| {
-            let lanes = graph.continued(i)?;
+            let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i))?;
             Some((i, self.layout(&self.drivable[i], Some(&lanes))))
         });
         let again: Vec<_> = again.collect();
@@ -92,6 +99,8 @@ struct WayGraph<'a> {
     ways: FxHashMap<usize, WayLanes<'a>>,
     /// The ways that begin or end at each node.
     ends: FxHashMap<i64, Vec<(usize, End)>>,
+    /// The tagged carriageways.
+    nearby: StreetsNearby<'a>,
 }
 
 /// What a way shares with the ways that continue it.
@@ -105,6 +114,11 @@ struct WayKind<'a> {
 }
 
 impl WayKind<'_> {
+    /// Whether it is a main road, without its ramps and roundabouts.
+    fn is_main(&self) -> bool {
+        self.class <= RoadClass::Secondary && !self.link && !self.roundabout && self.access != Access::Bus
+    }
+
     /// Whether two ways differ only in name and class.
     fn like(&self, other: &Self) -> bool {
         (self.link, self.access, self.roundabout) == (other.link, other.access, other.roundabout)
@@ -118,6 +132,8 @@ struct WayLanes<'a> {
     outward: [Vector; 2],
     /// Metres.
     length: f64,
+    /// The place in its middle, and in which direction vehicles drive there, if it is a carriageway of a main road.
+    carriageway: Option<(Point, Vector)>,
     /// Left to right along the way; defaults if none are tagged.
     lanes: Vec<Lane>,
     tagged: bool,
@@ -130,6 +146,7 @@ impl<'a> WayGraph<'a> {
         layouts: impl Iterator<Item = (usize, &'l SectionReading)>,
     ) -> Self {
         let (mut ways, mut ends) = (FxHashMap::default(), FxHashMap::<i64, Vec<(usize, End)>>::default());
+        let mut carriageways = Vec::new();
         for (i, layout) in layouts {
             let Drivable { way, class, link, access } = &drivable[i];
             let (Some(&first), Some(&last)) = (way.nodes.first(), way.nodes.last()) else { continue };
@@ -140,29 +157,71 @@ impl<'a> WayGraph<'a> {
             let name = tags.get("name").or_else(|| tags.get("ref"));
             let kind = WayKind { class: *class, link: *link, access: *access, roundabout: is_roundabout(tags), name };
             let lanes = layout.section.driven().map(|(_, strip)| (strip.kind, strip.travel)).collect();
+            let tagged = tells_lanes(tags);
             let points: Vec<Point> = way.nodes.iter().filter_map(|node| positions.get(node).copied()).collect();
             let steps: Vec<Vector> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
             let outward = [steps.first().map(|step| -step), steps.last().copied()].map(Option::unwrap_or_default);
             let length = steps.iter().map(Vector::norm).sum();
             let nodes = [first, last];
-            ways.insert(i, WayLanes { kind, nodes, outward, length, lanes, tagged: tells_lanes(tags) });
+            let line = layout.section.one_way().filter(|_| kind.is_main()).and_then(|travel| {
+                let line = Polyline::new(points)?;
+                Some(if travel == Travel::Backward { line.reversed() } else { line })
+            });
+            let carriageway = line.as_ref().map(|line| (line.at(length / 2.0), line.direction(length / 2.0)));
+            if let Some((line, street)) = line.zip(name).filter(|_| tagged) {
+                carriageways.push(Carriageway { way: i, street, line });
+            }
+            ways.insert(i, WayLanes { kind, nodes, outward, length, carriageway, lanes, tagged });
             ends.entry(first).or_default().push((i, End::Start));
             ends.entry(last).or_default().push((i, End::End));
         }
-        Self { ways, ends }
+        Self { ways, ends, nearby: StreetsNearby::new(carriageways.into_iter()) }
     }
 
     /// The lanes that an untagged way takes: those of the road that it continues, if they are the same before and after it.
-    fn continued(&self, way: usize) -> Option<Vec<Lane>> {
+    fn continued(&self, way: usize) -> Option<Assumed> {
         let own = self.ways.get(&way).filter(|own| !own.tagged)?;
         let [before, after] = End::BOTH.map(|end| self.tagged_beyond(way, end));
-        before.filter(|lanes| after.as_ref() == Some(lanes) && directions(lanes) == directions(&own.lanes))
+        let same = |lanes: &Vec<Lane>| after.as_ref() == Some(lanes) && directions(lanes) == directions(&own.lanes);
+        before.filter(same).map(|lanes| Assumed { lanes, like: "the road has before and behind".to_owned() })
+    }
+
+    /// The lanes that an untagged one-way carriageway of a main road takes: those of the tagged piece before it or behind it, whichever
+    /// are fewer, else those of its twin, else those of the same street nearby.
+    fn of_carriageway(&self, way: usize) -> Option<Assumed> {
+        let own = self.ways.get(&way).filter(|own| !own.tagged && own.length <= REACH)?;
+        let (middle, direction) = own.carriageway?;
+        let travel = own.lanes.first()?.1;
+        let fits = |lanes: &Vec<Lane>| !lanes.is_empty() && lanes.iter().all(|(_, other)| *other == travel);
+        let ends = [(End::Start, "the road has before it"), (End::End, "the road has behind it")];
+        let ends = ends.into_iter().filter_map(|(end, like)| {
+            let lanes = self.tagged_beyond(way, end).filter(fits)?;
+            Some(Assumed { lanes, like: like.to_owned() })
+        });
+        if let Some(fewest) = ends.min_by_key(|it| it.lanes.len()) {
+            return Some(fewest);
+        }
+        let (other, how) =
+            self.nearby.beside(own.kind.name?, middle, direction).filter(|_| own.length <= REACH / 2.0)?;
+        let beside = self.ways.get(&other).filter(|beside| beside.kind == own.kind)?;
+        let cars = beside.lanes.iter().filter(|(kind, _)| *kind == StripKind::Drive).count();
+        let like = match how {
+            Beside::Twin => "the other carriageway has",
+            Beside::Nearby => "the same street has nearby",
+        };
+        (cars > 0).then(|| Assumed { lanes: vec![(StripKind::Drive, travel); cars], like: like.to_owned() })
     }
 
     /// The lanes of the first tagged way beyond one end, left to right along this way.
     fn tagged_beyond(&self, mut way: usize, mut end: End) -> Option<Vec<Lane>> {
         let mut reversed = false;
+        let mut length = 0.0;
+        let is_carriageway = self.ways.get(&way)?.carriageway.is_some();
         for _ in 0..WAYS_MOST {
+            length += self.ways.get(&way)?.length;
+            if is_carriageway && length > REACH {
+                return None;
+            }
             let (next, entry) = self.beyond(way, end)?;
             reversed ^= entry == end;
             let WayLanes { lanes, tagged, .. } = &self.ways[&next];
@@ -188,7 +247,9 @@ impl<'a> WayGraph<'a> {
             let turn = angle_between(own.outward[end], -outward[entry]).abs().to_degrees();
             turn <= STRAIGHT && kind.like(&own.kind)
         };
-        of_kind.or_else(|| only(next.filter(goes_straight_on)).filter(|_| own.length <= PIECE))
+        let is_carriageway = |way: &WayLanes| own.carriageway.and(way.carriageway).is_some();
+        let goes_on = |(other, _): &(usize, End)| own.length <= PIECE || is_carriageway(&self.ways[other]);
+        of_kind.or_else(|| only(next.filter(goes_straight_on)).filter(goes_on))
     }
 }
 

@@ -13,7 +13,7 @@ mod sides;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use facts::{Lane, SectionReading, WayFacts};
+pub(crate) use facts::{Assumed, Lane, SectionReading, WayFacts};
 
 pub(crate) use defaults::{Customs, Defaults, SIDEWALK};
 pub(crate) use lanes::tells_lanes;

@@ -57,6 +57,21 @@ fn lights_without_a_crossing_hold_vehicles_where_they_stand() {
 }
 
 #[test]
+fn two_lights_without_a_direction_are_one_for_each() {
+    for side in SIDES {
+        let light = "highway=traffic_signals";
+        let nodes = [(1, -150.0, 0.0, ""), (2, -8.0, 0.0, light), (3, 8.0, 0.0, light), (4, 150.0, 0.0, "")];
+        let xml = network(side, &nodes, &[(10, &[1, 2, 3, 4])], "highway=secondary lanes=2");
+        let Built { map, settings, .. } = built(&xml, side, "");
+        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+        let held = held(&map, side);
+        let before = |(lane, at): &(&Lanelet, f64)| if is_forward(&map, side, lane) { -at } else { *at };
+        assert_eq!(held.len(), 2, "{side:?}: nobody stops twice");
+        assert!(held.iter().map(before).all(|before| (before - 11.5).abs() < 0.1), "{side:?} {held:?}");
+    }
+}
+
+#[test]
 fn lights_near_a_crossing_are_its_lights() {
     for side in SIDES {
         for (x, lanes) in [(-8.0, 2), (8.0, 2), (-25.0, 1)] {

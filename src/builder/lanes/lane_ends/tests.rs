@@ -180,3 +180,43 @@ fn no_cut_lies_in_a_bend_or_just_before_one() {
     assert!(near([47.1, 51.0], 0.0, 46.6), "back, where there is no room");
     assert!(near([48.8, 85.0], 48.8, 50.3), "but not where lanelets lie over the road");
 }
+
+#[test]
+fn lights_hold_vehicles_before_the_first_crosswalk() {
+    for side in SIDES {
+        let light = (7, -9.0, 0.0, "highway=traffic_signals traffic_signals:direction=forward");
+        let crosswalk = (6, -21.0, 0.0, "highway=crossing crossing=marked");
+        let lit = stop(&crossing(side, &[&[2, 6, 7, 1]], &[light, crosswalk], &[]));
+        assert!(lit > 22.5 && lit < 27.0, "{lit}");
+        // Without lights a car waits between.
+        let unlit = stop(&crossing(side, &[&[2, 6, 1]], &[crosswalk], &[]));
+        assert!(unlit < 16.0, "{unlit}");
+    }
+}
+
+#[test]
+fn a_car_fits_between_two_side_streets() {
+    for side in SIDES {
+        for apart in [18.0, 20.0, 22.0] {
+            let nodes = [
+                (1, -150.0, 0.0, ""),
+                (2, 0.0, 0.0, ""),
+                (3, apart, 0.0, ""),
+                (4, 150.0, 0.0, ""),
+                (5, 0.0, 90.0, ""),
+                (6, apart, 90.0, ""),
+            ];
+            let ways = [(10, &[1, 2, 3, 4][..], STREET), (11, &[2, 5], STREET), (12, &[3, 6], STREET)];
+            let map = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) }).map;
+            let between = |at: &[f64; 2]| at[0] > 1.0 && at[0] < apart - 1.0 && at[1].abs() < 5.0;
+            let on_road = map.lanelets.iter().filter(|lanelet| lanelet.attributes.get("intersection_area").is_none());
+            let lengths = on_road.filter_map(|lanelet| {
+                let bound = map.linestrings.get(lanelet.left.line)?;
+                let ends = [bound.points.first()?, bound.points.last()?].map(|point| place(&map, *point));
+                ends.iter().all(between).then(|| (ends[0][0] - ends[1][0]).abs())
+            });
+            let lengths: Vec<f64> = lengths.collect();
+            assert!(lengths.len() >= 2 && lengths.iter().all(|length| *length > 5.0), "{apart}: {lengths:?}");
+        }
+    }
+}

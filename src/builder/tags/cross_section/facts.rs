@@ -31,8 +31,17 @@ pub(crate) struct WayFacts<'a> {
     pub side: DrivingSide,
     /// The defaults for missing tags.
     pub usual: Defaults,
-    /// The lanes, left to right along the way, of the road that it continues at both ends. They apply if it has no lane tags.
-    pub continued: Option<&'a [Lane]>,
+    /// The lanes that it takes from other ways if it has no lane tags.
+    pub continued: Option<&'a Assumed>,
+}
+
+/// The lanes that a way takes from others.
+#[derive(Clone, Debug)]
+pub(crate) struct Assumed {
+    /// From left to right along the way.
+    pub lanes: Vec<Lane>,
+    /// From which others, as a message says it: "as many as ...".
+    pub like: String,
 }
 
 /// The kind and the direction of a lane for motor vehicles.

@@ -10,7 +10,7 @@ use super::contraflow::lanes_against;
 use super::facts::{MAX_LANES, MAX_SINGLE_TRACK, default_lane, tagged_count};
 use super::flow::{Flow, closed_direction};
 use super::per_lane::{PerLane, per_lane};
-use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
+use super::{Assumed, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
@@ -49,10 +49,11 @@ impl Counts {
 /// Reads the lanes of a way. `beside` is the width of parking and bicycle lanes on its carriageway, metres.
 pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
     let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
-    if let Some(lanes) = facts.continued.filter(|lanes| !tells_lanes(facts.tags) && fit(facts.class, lanes, room)) {
-        let what = "no lanes tag; as many as the road has before and behind are assumed";
-        notes.push(facts.note("lanes-guessed", Severity::Info, what));
-        return lanes.iter().map(|&(kind, travel)| Strip { kind, ..default_lane(facts, travel) }).collect();
+    let fits = |it: &&Assumed| !tells_lanes(facts.tags) && fit(facts.class, it.lanes.len(), room);
+    if let Some(assumed) = facts.continued.filter(fits) {
+        let what = format!("no lanes tag; as many as {} are assumed", assumed.like);
+        notes.push(facts.note("lanes-guessed", Severity::Info, &what));
+        return assumed.lanes.iter().map(|&(kind, travel)| Strip { kind, ..default_lane(facts, travel) }).collect();
     }
     let forward_list = per_lane(facts, Travel::Forward, flow, tagged_count(facts, "lanes:forward"), notes);
     let backward_list = per_lane(facts, Travel::Backward, flow, tagged_count(facts, "lanes:backward"), notes);
@@ -109,9 +110,9 @@ pub(crate) fn tells_lanes(tags: &Tags) -> bool {
 }
 
 /// Whether lanes fit a carriageway of this width, metres, if it is known.
-fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
+fn fit(class: RoadClass, lanes: usize, room: Option<f64>) -> bool {
     let each = minimum_lane_width(class)..=MAX_SINGLE_TRACK;
-    room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
+    room.is_none_or(|width| each.contains(&(width / lanes as f64)))
 }
 
 /// The lanes of a one-way road in its direction, beside `against` lanes that lead against it. The lists are those of either
