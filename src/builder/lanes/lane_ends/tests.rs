@@ -5,7 +5,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as, driven_on};
 use crate::lanelet::{LaneletMap, PointId};
 
-use super::clear_of_bends;
+use super::{ROAD_LEFT, clear_of_bends};
 
 type Nodes<'a> = &'a [(i64, f64, f64, &'a str)];
 type Ways<'a> = &'a [(i64, &'a [i64], &'a str)];
@@ -171,7 +171,7 @@ fn no_cut_lies_in_a_bend_or_just_before_one() {
     let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 80.0, 30.0, "")];
     let network = network(&osm(&nodes, &[(10, &[1, 2, 3], STREET)]));
     let (road, length) = (&network.roads[0], network.roads[0].line.length());
-    let cut = |kept, firm| clear_of_bends(road, ([0.0, length], firm), kept);
+    let cut = |kept, firm| clear_of_bends(road, ([0.0, length], firm, ROAD_LEFT), kept);
     assert_eq!(cut([5.0, length - 5.0], [0.0; 2]), [5.0, length - 5.0], "straight on");
     assert_eq!(cut([5.0, 51.0], [0.0; 2]), [5.0, 50.0], "up the road, before the bend");
     assert_eq!(cut([5.0, 51.0], [0.0, length - 60.0]), [5.0, 50.0], "the setback may grow");
