@@ -56,13 +56,13 @@ const NO_ROOM_TO_WAIT: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
 const SIDEWALK_BEND: f64 = 45.0;
 
 /// Cuts every road for crosswalks, stop lines and turns. `least_setbacks` are per road, metres behind its outline; `stops` says
-/// at which ends it is cut where a stop line is mapped; `crowded` as in [`least_left`]. `known` gives earlier cuts of roads at whose ends nothing else has
-/// changed.
+/// at which ends it is cut where a stop line is mapped; `squeezed` as in [`least_left`]. `known` gives earlier cuts of roads at
+/// whose ends nothing else has changed.
 pub fn connection_lines<'a>(
     network: &RoadNetwork,
     required: &RequiredSetbacks,
     least_setbacks: &[[f64; 2]],
-    (stops, crowded): (&[[bool; 2]], &FxHashSet<RoadKey>),
+    (stops, squeezed): (&[[bool; 2]], &FxHashSet<RoadKey>),
     known: impl Fn(RoadIx) -> Option<&'a RoadCut> + Sync,
 ) -> ConnectionLines {
     let least = &required.least;
@@ -72,7 +72,7 @@ pub fn connection_lines<'a>(
     let cut = |i: usize, setbacks: [f64; 2]| {
         let ix = RoadIx::new(i);
         let (firm, comfort, joined) = (least_setbacks[i], comfort[i], required.joined[i]);
-        let left = least_left(network, crowded, network.road(ix));
+        let left = least_left(network, squeezed, network.road(ix));
         let demand = SetbackDemand { left, least: least[i], setbacks, firm, comfort, stops: stops[i], joined };
         let known = known(ix).filter(|known| known.demand == demand);
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))

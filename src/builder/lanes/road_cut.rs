@@ -52,11 +52,11 @@ pub struct ConnectionLines {
     pub(super) cuts: Vec<RoadCut>,
 }
 
-/// How much of a road setbacks leave, metres. `crowded` are roads of which turns take all but the least.
-pub fn least_left(network: &RoadNetwork, crowded: &FxHashSet<RoadKey>, road: &Road) -> f64 {
+/// How much of a road setbacks leave, metres. `squeezed` are roads of which turns take all but the least.
+pub fn least_left(network: &RoadNetwork, squeezed: &FxHashSet<RoadKey>, road: &Road) -> f64 {
     let is_crossing = |at| network.intersection(at).arms.len() > 2;
     let between = !road.roundabout && road.from != road.to && [road.from, road.to].into_iter().all(is_crossing);
-    if between && !crowded.contains(&road.key) { ROAD_LEFT_BETWEEN } else { ROAD_LEFT }
+    if between && !squeezed.contains(&road.key) { ROAD_LEFT_BETWEEN } else { ROAD_LEFT }
 }
 
 impl ConnectionLines {

@@ -168,7 +168,7 @@ impl LayoutLoop<'_> {
     /// Lets turns take the room of a waiting vehicle on roads where they need it; `false` if there are none.
     fn cut_roads_farther(&mut self) -> bool {
         let roads = roads_to_cut_farther(&self.layout);
-        self.layout.crowd(&roads);
+        self.layout.squeeze(&roads);
         !roads.is_empty()
     }
 

@@ -63,7 +63,7 @@ pub struct Layout {
     /// Whether each end of a road is cut where the map says that vehicles stop.
     pub(super) stops: Vec<[bool; 2]>,
     /// Roads between intersections that do not keep room for a waiting vehicle: turns need it.
-    pub(super) crowded: FxHashSet<RoadKey>,
+    pub(super) squeezed: FxHashSet<RoadKey>,
     /// How far the turns at each end of a road want it cut back.
     needs: RequiredSetbacks,
 }
@@ -76,21 +76,21 @@ impl Layout {
         let mut joins = Continuations::find(&network);
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
-        let crowded = FxHashSet::default();
-        let lines = connection_lines(&network, &needs, &back, (&stops, &crowded), |_| None);
+        let squeezed = FxHashSet::default();
+        let lines = connection_lines(&network, &needs, &back, (&stops, &squeezed), |_| None);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::new(contested);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let turning = network.intersections.iter().map(|_| None).collect();
         let mut layout =
-            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, crowded, needs };
+            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, squeezed, needs };
         layout.draw_lanelets();
         (layout, notes)
     }
 
     /// The connection lines for the present setbacks and stop lines.
     pub(super) fn wanted_lines(&self) -> ConnectionLines {
-        let ends = (&self.stops[..], &self.crowded);
+        let ends = (&self.stops[..], &self.squeezed);
         connection_lines(&self.network, &self.needs, &self.back, ends, |road| Some(self.lines.cut(road)))
     }
 
@@ -203,7 +203,7 @@ impl Layout {
 
     /// How much of a road setbacks leave, metres.
     pub(super) fn least_left(&self, road: RoadIx) -> f64 {
-        least_left(&self.network, &self.crowded, self.network.road(road))
+        least_left(&self.network, &self.squeezed, self.network.road(road))
     }
 
     /// Whether a road cannot be cut back farther.
@@ -216,9 +216,17 @@ impl Layout {
         self.is_spent(road) && self.least_left(road) > ROAD_LEFT
     }
 
-    /// Lets turns take all but the least of these roads.
-    pub(super) fn crowd(&mut self, roads: &[RoadIx]) {
-        self.crowded.extend(roads.iter().map(|road| self.network.road(*road).key));
+    /// Lets turns take all but the least of these roads. The turns at their ends are asked again how much room they want.
+    pub(super) fn squeeze(&mut self, roads: &[RoadIx]) {
+        for road in roads {
+            let road = self.network.road(*road);
+            self.squeezed.insert(road.key);
+            for at in [road.from, road.to] {
+                if let Some(turning) = self.turning.get_mut(at.position()).and_then(Option::as_mut) {
+                    turning.turns_asked = false;
+                }
+            }
+        }
     }
 
     /// Whether the roads of an intersection are two that meet face to face.

@@ -11,7 +11,7 @@ use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::map_layout::Layout;
-use super::short_links::short_links;
+use super::short_links::{roads_of_tight_turns, short_links};
 
 /// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
 pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
@@ -31,7 +31,8 @@ pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx
 /// The roads of which just a waiting vehicle is left, though lanelets run over their ends or turns there need more; in order.
 pub fn roads_to_cut_farther(layout: &Layout) -> Vec<RoadIx> {
     let overrun = layout.overrun().map(|at| at.road);
-    let mut roads: Vec<RoadIx> = overrun.chain(short_links(layout)).filter(|road| layout.keeps_room(*road)).collect();
+    let lacking = overrun.chain(short_links(layout)).chain(roads_of_tight_turns(layout));
+    let mut roads: Vec<RoadIx> = lacking.filter(|road| layout.keeps_room(*road)).collect();
     roads.sort_unstable();
     roads.dedup();
     roads

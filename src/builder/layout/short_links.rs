@@ -24,6 +24,7 @@ pub const SETBACK_LEAST: f64 = 0.2;
 const SETBACK_MOST: f64 = 20.0;
 /// A turn with this part of the largest radius is as good.
 const WIDE: f64 = 0.9;
+
 /// The tangents of a turn, metres, and its change of direction, radians.
 type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
 
@@ -41,6 +42,16 @@ pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     roads.sort_unstable();
     roads.dedup();
     roads
+}
+
+/// The roads from or to which a lanelet leads that is drawn with a corner, or bends too tightly for a car.
+pub fn roads_of_tight_turns(layout: &Layout) -> impl Iterator<Item = RoadIx> {
+    let drawn = layout.network.intersections.iter().zip(&layout.turning);
+    drawn.filter_map(|(at, turning)| Some((at, turning.as_ref()?))).flat_map(|(at, turning)| {
+        let is_tight = |path: &&TurningLanelet| path.radius < CAR_RADIUS || begins_or_ends_in_corner(path);
+        let tight = turning.drawn.paths.iter().filter(is_tight);
+        tight.flat_map(|path| [path.movement.from, path.movement.to].map(|arm| at.arms[arm].road))
+    })
 }
 
 /// The setbacks, metres, of road ends where a turn bends too tightly for a car and the road has room. Each drawn intersection is asked

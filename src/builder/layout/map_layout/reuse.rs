@@ -49,7 +49,7 @@ impl Layout {
             lanes,
             turning: mut known,
             needs,
-            crowded,
+            squeezed,
             ..
         } = self;
         let mut joins = Continuations::find(&network);
@@ -60,7 +60,7 @@ impl Layout {
             let is_untouched = [road.from, road.to].iter().all(|&at| diff.untouched(at).is_some());
             diff.of(ix).filter(|_| is_untouched).map(|old| was.cut(old))
         };
-        let lines = connection_lines(&network, &needs, &back, (&stops, &crowded), cut_before);
+        let lines = connection_lines(&network, &needs, &back, (&stops, &squeezed), cut_before);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let elsewhere = joins.take_over(&met, diff);
         let stays = |road: &RoadIx| diff.of(*road).is_some_and(|old| was.kept[old] == lines.kept[*road]);
@@ -84,7 +84,7 @@ impl Layout {
         };
         let turning = network.intersections.iter().enumerate().map(standing).collect();
         let mut layout =
-            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, crowded, needs };
+            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, squeezed, needs };
         layout.draw_lanelets();
         (layout, notes)
     }
