@@ -16,7 +16,8 @@ fn place(area: &[[f64; 2]], lanelets: &[&[[f64; 2]]]) -> Point {
 }
 
 fn distance(lanelet: &[[f64; 2]], place: Point) -> f64 {
-    Polyline::new(ring(lanelet)).map_or(f64::INFINITY, |line| line.distance(place))
+    let closed: Vec<[f64; 2]> = lanelet.iter().chain(lanelet.first()).copied().collect();
+    Polyline::new(ring(&closed)).map_or(f64::INFINITY, |line| line.distance(place))
 }
 
 const ACROSS: [[f64; 2]; 4] = [[-20.0, 10.0], [20.0, 10.0], [20.0, 13.0], [-20.0, 13.0]];
@@ -35,7 +36,7 @@ fn not_behind_an_arm_of_the_area_that_is_not_ahead() {
 
 #[test]
 fn beside_bare_ground_where_a_lane_is() {
-    // Ahead lies ground without lanes; 8 m to the right a lane leads out.
+    // Ahead lies ground without lanes; 7 m to the right a lane leads out.
     let out = [[7.0, 0.0], [10.0, 0.0], [10.0, 30.0], [7.0, 30.0]];
     let at = place(&[[-20.0, 0.0], [20.0, 0.0], [20.0, 25.0], [-20.0, 25.0]], &[&out]);
     assert_eq!(at.y, 26.0);
