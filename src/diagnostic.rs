@@ -55,7 +55,7 @@ pub enum Subject {
     Node(i64),
     /// See [`Subject::Node`].
     Way(i64),
-    /// See [`Subject::Node`].
+    /// See [`Subject::Node`]; also an area, a relation with `type=multipolygon`.
     Relation(i64),
 }
 

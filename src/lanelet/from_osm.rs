@@ -19,7 +19,7 @@ pub use nodes::positions;
 pub use relation_type::is_area;
 use std::borrow::Cow;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 /// A map and what was wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -38,9 +38,9 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeated = repeated(osm);
     let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
-    let (firsts, areas) = (firsts(osm, &repeated), FxHashSet::default());
+    let firsts = firsts(osm, &repeated);
     let off_earth = osm.oddities.iter().filter_map(|odd| Some((odd.element?.1, odd.off_earth?))).collect();
-    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, firsts, repeats, local, off_earth, areas };
+    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, firsts, repeats, local, off_earth };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
     loader.loaded.map.local = local;
     loader.nodes(projector);
@@ -62,8 +62,6 @@ struct Loader<'a> {
     local: bool,
     /// Latitude and longitude of nodes that lie nowhere on Earth.
     off_earth: FxHashMap<i64, [f64; 2]>,
-    /// The areas that load.
-    areas: FxHashSet<i64>,
 }
 
 impl<'a> Loader<'a> {

@@ -4,7 +4,7 @@ use crate::diagnostic::{Place, SourceSpan, Subject};
 use crate::geometry::Point as PlanePoint;
 use crate::projection::LonLat;
 
-use super::{LaneletId, LaneletMap, LineStringId, Point, PointId, PolygonId, RegulatoryElementId, Target};
+use super::{AreaId, LaneletId, LaneletMap, LineStringId, Point, PointId, PolygonId, RegulatoryElementId, Target};
 
 use nalgebra::Complex;
 
@@ -72,7 +72,8 @@ pub fn span_of(map: &LaneletMap, subject: Subject) -> Option<SourceSpan> {
         Subject::Polygon(id) => map.polygons.get(PolygonId(id))?.span.clone(),
         Subject::Lanelet(id) => map.lanelets.get(LaneletId(id))?.span.clone(),
         Subject::RegulatoryElement(id) => map.regulatory_elements.get(RegulatoryElementId(id))?.span.clone(),
-        Subject::Node(_) | Subject::Way(_) | Subject::Relation(_) => None,
+        Subject::Relation(id) => map.areas.get(AreaId(id))?.span.clone(),
+        Subject::Node(_) | Subject::Way(_) => None,
     }
 }
 
@@ -86,7 +87,8 @@ fn points_of(map: &LaneletMap, subject: Subject) -> Vec<&Point> {
     };
     let polygon = |id: PolygonId| map.polygons.get(id).map_or(Vec::new(), |polygon| all(&polygon.points));
     match subject {
-        Subject::Map | Subject::Way(_) | Subject::Relation(_) => Vec::new(),
+        Subject::Map | Subject::Way(_) => Vec::new(),
+        Subject::Relation(id) => map.areas.get(AreaId(id)).map_or(Vec::new(), |area| all(&area.points)),
         Subject::Point(id) | Subject::Node(id) => all(&[PointId(id)]),
         Subject::LineString(id) => line(LineStringId(id)),
         Subject::Polygon(id) => polygon(PolygonId(id)),

@@ -1,6 +1,6 @@
 //! THE WAIST: a map in Lanelet2's words. The builder makes one, the rules judge one, the reports draw one.
 //!
-//! Five layers hold the primitives, each with ids of its own type. References between primitives are ids that always resolve:
+//! Six layers hold the primitives, each with ids of its own type. References between primitives are ids that always resolve:
 //! [`from_osm()`] reports what does not resolve and leaves it out, as Autoware's loader does.
 
 pub mod align;
@@ -86,6 +86,8 @@ ids! {
     LaneletId,
     /// Id of a [`RegulatoryElement`]: a relation with `type=regulatory_element`.
     RegulatoryElementId,
+    /// Id of an [`Area`]: a relation with `type=multipolygon`.
+    AreaId,
 }
 
 /// A line of points, without area: one at least, two or more where it is a bound of a lanelet.
@@ -210,11 +212,17 @@ impl RegulatoryElement {
     }
 }
 
-/// An area: a relation of `type=multipolygon`. Its rings are not kept.
+/// Ground that may be crossed from lanelet to lanelet.
 #[derive(Clone, Debug)]
 pub struct Area {
     /// Its id.
-    pub id: i64,
+    pub id: AreaId,
+    /// The lines of its outer ring, one behind the other, clockwise.
+    pub outer: Vec<Bound>,
+    /// The points of the outer ring, clockwise; the first is not repeated.
+    pub points: Vec<PointId>,
+    /// The number of its inner rings.
+    pub holes: usize,
     /// Its tags.
     pub attributes: Attributes,
     /// Its position in the file.
@@ -245,7 +253,7 @@ impl Dummies {
     }
 }
 
-/// A map: five layers of primitives.
+/// A map: six layers of primitives.
 #[derive(Clone, Debug, Default)]
 pub struct LaneletMap {
     /// `format_version` of `MetaInfo`, as written.
@@ -262,8 +270,8 @@ pub struct LaneletMap {
     pub lanelets: PrimitiveLayer<Lanelet>,
     /// Regulatory elements by id.
     pub regulatory_elements: PrimitiveLayer<RegulatoryElement>,
-    /// Areas, as a file has them, by ids.
-    pub areas: Vec<Area>,
+    /// Areas by id, as a file has them: the builder makes none.
+    pub areas: PrimitiveLayer<Area>,
     /// What did not load.
     pub dummies: Dummies,
 }
@@ -286,6 +294,7 @@ shelved! {
     Polygon => PolygonId,
     Lanelet => LaneletId,
     RegulatoryElement => RegulatoryElementId,
+    Area => AreaId,
 }
 
 impl LaneletMap {

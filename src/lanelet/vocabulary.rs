@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::Attributes;
 use crate::text::misspelt;
-pub use table::{Form, Key, On, Roles, Slip, Source, Types, Words};
+pub use table::{Form, Key, On, Renamed, Roles, Slip, Source, Types, Words};
 
 /// The table, made ready to look things up.
 struct Index {
@@ -38,6 +38,9 @@ pub fn words() -> Option<&'static Words> {
 /// What is wrong with one tag of a primitive; `None` where it is known, or foreign.
 pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
     let index = INDEX.as_ref()?;
+    if let Some(now) = index.renamed(on, tags, key, value) {
+        return Some(now);
+    }
     let known = match index.by_name.get(key) {
         Some(&at) => index.words.key.get(at)?,
         None if is_number(key) => index.words.key.iter().find(|one| one.name == "ID")?,
@@ -54,6 +57,17 @@ pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
 }
 
 impl Index {
+    fn renamed(&'static self, on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
+        let old =
+            self.words.renamed.iter().find(|one| {
+                one.on.contains(&on) && one.key == key && one.value.as_ref().is_none_or(|old| old == value)
+            })?;
+        match old.value {
+            Some(_) => Some(Slip::RenamedValue(&old.now)),
+            None => (!tags.has(&old.now)).then_some(Slip::RenamedKey(&old.now)),
+        }
+    }
+
     /// The key that was meant by one that nothing knows.
     fn key(&'static self, on: On, said: &str) -> Option<&'static str> {
         if self.words.foreign.keys.iter().any(|foreign| foreign == said) {
@@ -128,6 +142,15 @@ mod tests {
         assert_eq!(lanelet("subtype", "Road"), Some(Slip::Value("road")));
         assert_eq!(lanelet("one_way", "ture"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));
         assert_eq!(lanelet("one_way", "1"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));
+        for alone in ["no_drivable_lane", "direction_change"] {
+            assert_eq!(lanelet(alone, "true"), Some(Slip::Form(Form::YesNoAlone, Some("yes".to_owned()))));
+            assert_eq!(lanelet(alone, "yes"), None);
+        }
+        assert_eq!(lanelet("direction_change_lane", "yes"), Some(Slip::RenamedKey("direction_change")));
+        let both = [("direction_change_lane", "yes"), ("direction_change", "yes")];
+        assert_eq!(slip_of(On::Lanelet, &both, "direction_change_lane"), None);
+        let polygon = slip_of(On::Polygon, &[("type", "map_area_filter")], "type");
+        assert_eq!(polygon, Some(Slip::RenamedValue("obstacle_removal_area")));
         assert_eq!(lanelet("301599", "turn_signal_right"), None);
         assert_eq!(lanelet("301599", "turn_singal_right"), Some(Slip::Value("turn_signal_right")));
         for foreign in ["oneway", "highway", "junction_id", "2237", "anything"] {

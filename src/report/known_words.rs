@@ -52,6 +52,12 @@ pub fn known_words() -> String {
     for roles in &words.roles {
         let _ = writeln!(text, "| `{}` | {} | {} |", roles.of, quoted(&roles.words), link(words, &roles.source));
     }
+    text += "\n## Words of earlier versions\n\n| of | word | today | source |\n|---|---|---|---|\n";
+    for old in &words.renamed {
+        let of: Vec<&str> = old.on.iter().map(|on| name(*on)).collect();
+        let word = old.value.as_ref().map_or_else(|| old.key.clone(), |value| format!("{}={value}", old.key));
+        let _ = writeln!(text, "| {} | `{word}` | `{}` | {} |", of.join(", "), old.now, link(words, &old.source));
+    }
     text += "\n## Sources\n\n";
     for source in words.sources.values() {
         let _ = writeln!(text, "* [{}]({})", source.title, source.url);
@@ -74,6 +80,7 @@ fn value(key: &Key) -> String {
     let quoted = key.values.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
     match key.form {
         Some(Form::YesNo) => "`yes`, `no`".to_owned(),
+        Some(Form::YesNoAlone) => "`yes`, `no`, no other".to_owned(),
         Some(form) => form.as_str().to_owned(),
         None if key.values.is_empty() => "text".to_owned(),
         None if key.closed => format!("{quoted}, no other"),

@@ -1,6 +1,7 @@
 //! The table of the standard: number, document, predicate.
 
 mod access;
+mod area;
 mod area_element;
 mod barrier;
 mod centerline_ends;
@@ -15,6 +16,7 @@ mod far_lanes;
 mod geoid;
 mod health;
 mod ids;
+mod landmark;
 mod lane_kinds;
 mod lanelet_pieces;
 mod load;
@@ -38,7 +40,9 @@ mod projector;
 mod redrawn_area;
 mod right_of_way;
 mod road_borders;
+mod roundabout;
 mod side_lane;
+mod signal;
 mod stop_line_crossings;
 mod tag;
 pub mod tier4;
@@ -157,6 +161,10 @@ table! {
     "tag" => tag,
     "access" => access,
     "parts" => parts,
+    "area" => area,
+    "roundabout" => roundabout,
+    "signal" => signal,
+    "landmark" => landmark,
     "health" => health,
     "vm-01-01" => vm_01_01,
     "vm-01-02" => vm_01_02,

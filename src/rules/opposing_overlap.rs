@@ -17,9 +17,11 @@ pub struct OpposingOverlap {
     pub swapped: bool,
 }
 
-/// Whether a lane is for cars and outside every intersection; inside one, lanes have to cross.
-pub fn is_plain(map: &MapIndex, lane: usize) -> bool {
-    map.lanes[lane].is_for_cars() && map.lanes[lane].simple && map.intersections_of(lane).is_empty()
+/// Whether a lane is for cars, driven forward, and outside every intersection; inside one, lanes have to cross, and a lane in which
+/// vehicles reverse lies on those in which they drive.
+pub fn is_plain(map: &MapIndex, at: usize) -> bool {
+    let lane = &map.lanes[at];
+    lane.is_for_cars() && lane.simple && !lane.reverses() && map.intersections_of(at).is_empty()
 }
 
 /// Mean width of a lane, metres.

@@ -11,7 +11,7 @@ use crate::lanelet::{Condition, LineStringId, LoadFault};
 use super::NoParams;
 
 /// Elements of which a rule of their own says that no lanelet refers to them.
-const JUDGED_ELSEWHERE: [&str; 9] = [
+const JUDGED_ELSEWHERE: [&str; 10] = [
     "traffic_light",
     "traffic_sign",
     "right_of_way",
@@ -21,9 +21,8 @@ const JUDGED_ELSEWHERE: [&str; 9] = [
     "no_parking_area",
     "no_stopping_area",
     "detection_area",
+    "roundabout",
 ];
-/// Lanelet2 keeps what no lanelet refers to, and whoever reads these may look for them in the map as a whole.
-const MAY_STAND_ALONE: &str = "roundabout";
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = same_place::judge(map);
@@ -45,8 +44,7 @@ fn blank_start(fault: &LoadFault) -> Option<Finding> {
 fn unreferenced(map: &MapIndex) -> Vec<Finding> {
     let elements = map.map.regulatory_elements.iter();
     let idle = elements.filter(|element| {
-        let subtype = element.subtype.as_str();
-        !JUDGED_ELSEWHERE.contains(&subtype) && subtype != MAY_STAND_ALONE && map.referrers(element.id).is_empty()
+        !JUDGED_ELSEWHERE.contains(&element.subtype.as_str()) && map.referrers(element.id).is_empty()
     });
     let findings = idle.map(|element| {
         let subject = Subject::RegulatoryElement(element.id.0);

@@ -8,17 +8,19 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::vocabulary::{Form, On, Slip, roles, slip};
-use crate::lanelet::{Attributes, Condition, ElementKind, LineStringId, PointId};
+use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId};
 use crate::parallel::Finely;
 use crate::text::{SourceSpan, Text, counted, misspelt};
 
 use super::NoParams;
 use super::load::name;
+use super::signal::RELATION;
 use super::vm_01_02::lines_between_lanes;
 use super::vm_07_02;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = tags(map);
+    findings.extend(map.map.lanelets.iter().filter_map(misplaced));
     findings.extend(misspelt_roles(map));
     findings.extend(unread_roles(map));
     findings
@@ -29,44 +31,37 @@ struct Tagged<'m> {
     on: On,
     subject: Subject,
     tags: &'m Attributes,
-    span: Option<&'m SourceSpan>,
 }
 
 fn tags(map: &MapIndex) -> Vec<Finding> {
     let (between, bulbs) = (lines_between_lanes(map), bulbs(map));
     let all = map.map;
     let points = all.points.as_slice().par_iter().finely();
-    let points =
-        points.map(|it| Tagged { on: On::Point, subject: Subject::Point(it.id.0), tags: it.attributes(), span: None });
+    let points = points.map(|it| Tagged { on: On::Point, subject: Subject::Point(it.id.0), tags: it.attributes() });
     let lines = all.linestrings.as_slice().par_iter().finely().map(|it| Tagged {
         on: On::LineString,
         subject: Subject::LineString(it.id.0),
         tags: &it.attributes,
-        span: None,
     });
     let polygons = all.polygons.as_slice().par_iter().finely().map(|it| Tagged {
         on: On::Polygon,
         subject: Subject::Polygon(it.id.0),
         tags: &it.attributes,
-        span: None,
     });
     let lanelets = all.lanelets.as_slice().par_iter().finely().map(|it| Tagged {
         on: On::Lanelet,
         subject: Subject::Lanelet(it.id.0),
         tags: &it.attributes,
-        span: None,
     });
     let elements = all.regulatory_elements.as_slice().par_iter().finely().map(|it| Tagged {
         on: On::Element,
         subject: Subject::RegulatoryElement(it.id.0),
         tags: &it.attributes,
-        span: None,
     });
-    let areas = all.areas.par_iter().map(|it| Tagged {
+    let areas = all.areas.as_slice().par_iter().map(|it| Tagged {
         on: On::Area,
-        subject: Subject::Relation(it.id),
+        subject: Subject::Relation(it.id.0),
         tags: &it.attributes,
-        span: it.span.as_ref(),
     });
     let primitives = points.chain(lines).chain(polygons).chain(lanelets).chain(elements).chain(areas);
     // Of these, other rules judge more.
@@ -87,11 +82,15 @@ fn tags(map: &MapIndex) -> Vec<Finding> {
 /// What is wrong with one tag.
 fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
     let slip = slip(it.on, it.tags, key, value)?;
+    // Of what lights tell of each other, the rule signal tells more.
+    if it.on == On::Element && key.starts_with(RELATION) {
+        return None;
+    }
     let about = it.subject;
     let set = |value: &str| Edit::SetTag { on: about, key: key.into(), value: value.into() };
     if let Slip::Key(meant) = slip {
         let message = format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about));
-        let finding = Finding::new("key", about, message).standing_at(it.span.cloned());
+        let finding = Finding::new("key", about, message);
         if it.tags.has(meant) {
             return Some(finding);
         }
@@ -99,13 +98,23 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
         let edits = vec![Edit::RemoveTag { on: about, key: key.into() }, renamed];
         return Some(finding.fixed_by(format!("name the key {meant}"), false, edits));
     }
+    if let Slip::RenamedKey(now) = slip {
+        let message = format!("{} has the key {key}, which is called {now} today.", name(about));
+        let edit = Edit::SetTag { on: about, key: now.into(), value: value.into() };
+        return Some(Finding::new("renamed", about, message).fixed_by(format!("set {now}={value}"), false, vec![edit]));
+    }
+    if let Slip::RenamedValue(now) = slip {
+        let message = format!("{key}={value} of {about} is called {now} today.");
+        let finding = Finding::new("renamed", about, message);
+        return Some(finding.fixed_by(format!("set {key}={now}"), false, vec![set(now)]));
+    }
     if is_judged_elsewhere(it, is_known, key, value) {
         return None;
     }
     let (what, meant) = match slip {
-        Slip::Key(_) => return None,
+        Slip::Key(_) | Slip::RenamedKey(_) | Slip::RenamedValue(_) => return None,
         Slip::Value(meant) => ("is nothing that Lanelet2 or Autoware knows".to_owned(), Some(meant.to_owned())),
-        Slip::Form(Form::YesNo, meant) => ("is neither yes nor no".to_owned(), meant),
+        Slip::Form(Form::YesNo | Form::YesNoAlone, meant) => ("is neither yes nor no".to_owned(), meant),
         Slip::Form(form, meant) => (format!("is no {}", form.as_str()), meant),
         Slip::Word(words, meant) => (format!("is none of {}", words.join(", ")), meant.map(str::to_owned)),
     };
@@ -113,10 +122,24 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
     Some(match meant {
         Some(meant) => {
             let finding = Finding::new("value", about, format!("{said}; did you mean {meant}?"));
-            finding.standing_at(it.span.cloned()).fixed_by(format!("set {key}={meant}"), false, vec![set(&meant)])
+            finding.fixed_by(format!("set {key}={meant}"), false, vec![set(&meant)])
         }
-        None => Finding::new("value", about, format!("{said}.")).standing_at(it.span.cloned()),
+        None => Finding::new("value", about, format!("{said}.")),
     })
+}
+
+/// An approval that nobody asks for: the planner asks in lanes that turn and at crosswalks.
+fn misplaced(lanelet: &Lanelet) -> Option<Finding> {
+    let key = "rtc_approval_required_v1";
+    let tags = &lanelet.attributes;
+    let (module, is_there, needs) = match tags.get(key)? {
+        "intersection" => ("intersection", tags.has("turn_direction"), "a lane with turn_direction"),
+        "crosswalk" => ("crosswalk", tags.is("subtype", "crosswalk"), "a crosswalk"),
+        _ => return None,
+    };
+    let message =
+        format!("{key}={module} of lanelet {} has no effect: it is read of {needs}, and this is none.", lanelet.id);
+    (!is_there).then(|| Finding::new("misplaced", Subject::Lanelet(lanelet.id.0), message))
 }
 
 /// The points of light bulbs.

@@ -36,6 +36,12 @@ fn mirrored(loaded: &Loaded) -> Loaded {
         };
         attributes.set("turn_direction", turn.as_str());
     });
+    // Outlines stay clockwise.
+    let areas = changed(&map.areas, |area| {
+        area.points.reverse();
+        area.outer.reverse();
+        area.outer.iter_mut().for_each(|line| line.inverted = !line.inverted);
+    });
     let faults = loaded.faults.iter().cloned().map(|fault| match fault.condition {
         Condition::BoundsOpposed { left, right } => {
             LoadFault { condition: Condition::BoundsOpposed { left: right, right: left }, ..fault }
@@ -43,7 +49,7 @@ fn mirrored(loaded: &Loaded) -> Loaded {
         _ => fault,
     });
     let faults = faults.collect();
-    Loaded { map: LaneletMap { points, linestrings, lanelets, ..map.clone() }, faults }
+    Loaded { map: LaneletMap { points, linestrings, lanelets, areas, ..map.clone() }, faults }
 }
 
 fn changed<T: Primitive + Clone>(shelf: &PrimitiveLayer<T>, change: impl Fn(&mut T)) -> PrimitiveLayer<T> {

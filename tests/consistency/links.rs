@@ -70,3 +70,59 @@ fn every_link_leads_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
     assert!(checked > 10, "only {checked} links were found: does this test still see them?");
 }
+
+/// Links to the world that were seen to lead somewhere, with the day.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnownLinks {
+    checked: toml::value::Datetime,
+    /// Pages that a copy of their repository holds.
+    files: Vec<String>,
+    /// Pull requests and repositories that are known.
+    threads: Vec<String>,
+    /// Pages of others, of which no copy was at hand.
+    others: Vec<String>,
+    /// Names that look like links.
+    names: Vec<String>,
+}
+
+/// The addresses in a text.
+fn addresses(text: &str) -> impl Iterator<Item = &str> {
+    let starts = text.match_indices("http").map(|(at, _)| at);
+    let each = starts.map(|at| {
+        let rest = &text[at..];
+        let end = rest.find(|c: char| c.is_whitespace() || "\"')>`|\\,{}$".contains(c)).unwrap_or(rest.len());
+        rest[..end].trim_end_matches(['.', ';', ':'])
+    });
+    each.filter(|address| {
+        ["http://", "https://"].iter().any(|scheme| address.starts_with(scheme) && address.len() > scheme.len())
+    })
+}
+
+#[test]
+fn links_to_the_world_are_known_to_lead_somewhere() {
+    let root = super::root();
+    let known: KnownLinks = toml::from_str(&fs::read_to_string(root.join("tests/data/links.toml")).unwrap()).unwrap();
+    assert!(known.checked.date.is_some());
+    let all: Vec<&String> = [&known.files, &known.threads, &known.others, &known.names].into_iter().flatten().collect();
+    let mut files = pages();
+    files.push(root.join("src/lanelet/vocabulary/words.toml"));
+    let (mut unknown, mut used) = (Vec::new(), std::collections::BTreeSet::new());
+    for path in files {
+        let text = fs::read_to_string(&path).unwrap();
+        for address in addresses(&text).filter(|address| !address.starts_with("http://127.0.0.1")) {
+            let plain = address.split('#').next().unwrap_or(address);
+            match all.iter().find(|known| **known == plain) {
+                Some(known) => _ = used.insert((*known).clone()),
+                None => unknown.push(format!("{}: {address}", path.display())),
+            }
+        }
+    }
+    assert!(
+        unknown.is_empty(),
+        "links that tests/data/links.toml does not know; follow them, then add them:\n{}",
+        unknown.join("\n")
+    );
+    let idle: Vec<&&String> = all.iter().filter(|known| !used.contains(**known)).collect();
+    assert!(idle.is_empty(), "tests/data/links.toml has links that nothing uses: {idle:?}");
+}

@@ -7,7 +7,7 @@ use crate::lanelet::align::{align, opposed};
 use crate::lanelet::element_roles::{is_sign, role_limits};
 use crate::lanelet::vocabulary;
 use crate::lanelet::{
-    Area, Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
+    AreaId, Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
     RegulatoryElement, RegulatoryElementId, Target,
 };
 use crate::osm;
@@ -52,10 +52,10 @@ impl Loader<'_> {
             }
         }
         for relation in &relations {
-            if RelationType::of(&relation.tags) == RelationType::Multipolygon && self.area(relation) {
-                self.areas.insert(relation.id);
-                let (attributes, span) = (relation.tags.clone(), Some(relation.span.clone()));
-                self.loaded.map.areas.push(Area { id: relation.id, attributes, span });
+            if RelationType::of(&relation.tags) == RelationType::Multipolygon
+                && let Some(area) = self.area(relation)
+            {
+                self.loaded.map.areas.insert(area);
             }
         }
         for relation in &relations {
@@ -243,7 +243,7 @@ impl Loader<'_> {
                     RelationType::Lanelet => {
                         return here(map.lanelets.contains(LaneletId(id)), Target::Lanelet(LaneletId(id)));
                     }
-                    RelationType::Multipolygon if self.areas.contains(&id) => return Resolved::Gone,
+                    RelationType::Multipolygon if map.areas.contains(AreaId(id)) => return Resolved::Gone,
                     RelationType::Multipolygon => {
                         let kind = member.kind;
                         Condition::MemberDropped { kind, id, role }

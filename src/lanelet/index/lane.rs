@@ -11,6 +11,10 @@ pub const STEP: f64 = 1.0;
 /// Length at both ends over which a lanelet's heading is taken, metres.
 pub const HEADING_REACH: f64 = 2.0;
 
+/// The tags of lanes in which vehicles reverse: as autoware_core 1.9.0 and autoware_universe 0.52.0 read it, and as it was called
+/// before.
+const REVERSING: [&str; 2] = ["direction_change", "direction_change_lane"];
+
 /// One end of a lanelet: the line between the last points of its two bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
@@ -143,6 +147,11 @@ impl<'m> Lane<'m> {
             right,
             outline,
         })
+    }
+
+    /// Whether vehicles change between forward and reverse in it: by its tag, or the name that the tag had at first.
+    pub fn reverses(&self) -> bool {
+        REVERSING.iter().any(|key| self.lanelet.attributes.is(key, "yes"))
     }
 
     /// A bound as a line, 0 left, 1 right; `None` if it has no length.

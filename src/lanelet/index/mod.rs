@@ -1,6 +1,7 @@
 //! The index of a map, built once for all rules: which lanes follow each other, share a way or conflict, where the intersections
 //! and their approaches are, on which side people drive.
 
+mod area_doors;
 mod area_outline;
 mod conflict;
 pub mod drawn_centerline;
@@ -23,6 +24,7 @@ mod unmarked;
 mod user_names;
 pub mod view;
 
+pub use area_doors::{Door, lets_vehicles_in};
 pub use area_outline::AreaOutlines;
 pub use conflict::{Reach, passing, reaches};
 pub use filled_unions::FilledUnions;

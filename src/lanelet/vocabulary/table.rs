@@ -31,11 +31,13 @@ pub enum On {
 pub enum Form {
     /// `yes` or `no`; `true` and `false` are read alike.
     YesNo,
+    /// `yes` or `no`, letter by letter: whoever reads it compares words.
+    YesNoAlone,
     /// A number.
     Number,
     /// An integer.
     Id,
-    /// Integers with commas between them.
+    /// Integers with commas between them; brackets may stand around them.
     Ids,
     /// A speed: what Lanelet2 makes of it is another rule's business.
     Speed,
@@ -45,7 +47,7 @@ impl Form {
     /// What it demands, to stand behind "is no" and "must be a".
     pub const fn as_str(self) -> &'static str {
         match self {
-            Self::YesNo => "yes or no",
+            Self::YesNo | Self::YesNoAlone => "yes or no",
             Self::Number => "number",
             Self::Id => "id",
             Self::Ids => "list of ids",
@@ -57,6 +59,12 @@ impl Form {
     fn fault(self, value: &str) -> Option<Option<String>> {
         let is_id = |text: &str| text.trim().parse::<i64>().is_ok();
         match self {
+            Self::YesNoAlone => match value {
+                "yes" | "no" => None,
+                "true" => Some(Some("yes".to_owned())),
+                "false" => Some(Some("no".to_owned())),
+                _ => Self::YesNo.fault(value),
+            },
             Self::YesNo => match value {
                 "yes" | "no" | "true" | "false" => None,
                 "1" => Some(Some("yes".to_owned())),
@@ -69,7 +77,7 @@ impl Form {
             Self::Number if number(value).is_some() => None,
             Self::Number => Some(Some(value.replace(',', ".")).filter(|point| number(point).is_some())),
             Self::Id => (!is_id(value)).then_some(None),
-            Self::Ids => (!value.split(',').all(is_id)).then_some(None),
+            Self::Ids => (!value.trim_matches(['[', ']']).split(',').all(is_id)).then_some(None),
             Self::Speed => None,
         }
     }
@@ -86,6 +94,10 @@ pub enum Slip {
     Form(Form, Option<String>),
     /// The value is none of the words that the key has.
     Word(&'static [String], Option<&'static str>),
+    /// The key is called otherwise today.
+    RenamedKey(&'static str),
+    /// The value is called otherwise today.
+    RenamedValue(&'static str),
 }
 
 /// Where words stand.
@@ -173,6 +185,22 @@ pub struct Roles {
     pub words: Vec<String>,
 }
 
+/// A word that is called otherwise today.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Renamed {
+    /// The primitives that have it.
+    pub on: Vec<On>,
+    /// The key: the old word, unless that is a value.
+    pub key: String,
+    /// The old word, where it is a value.
+    pub value: Option<String>,
+    /// The new one.
+    pub now: String,
+    /// Where it stands.
+    pub source: String,
+}
+
 /// Keys of others.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -200,6 +228,8 @@ pub struct Words {
     pub types: Vec<Types>,
     /// Roles.
     pub roles: Vec<Roles>,
+    /// Words that are called otherwise today.
+    pub renamed: Vec<Renamed>,
     /// Keys of others.
     pub foreign: Foreign,
 }
@@ -217,7 +247,8 @@ impl Words {
         let types = self.types.iter().map(|list| &list.source);
         let roles = self.roles.iter().map(|roles| &roles.source);
         let lists = [&self.participants, &self.lamps, &self.paint].into_iter().map(|list| &list.source);
-        keys.chain(types).chain(roles).chain(lists).map(String::as_str)
+        let renamed = self.renamed.iter().map(|one| &one.source);
+        keys.chain(types).chain(roles).chain(renamed).chain(lists).map(String::as_str)
     }
 
     /// The names that a key of the table stands for; none for that of numbers.

@@ -9,7 +9,8 @@ use crate::diagnostic::{Place, Subject};
 use crate::geometry::line_index::LineIndex;
 use crate::geometry::{Point as PlanePoint, Polyline};
 use crate::lanelet::{
-    Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, PointId, Polygon, RegulatoryElement, Target,
+    Area, Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, PointId, Polygon, RegulatoryElement,
+    Target,
 };
 
 /// The two maps and what is asked of them more than once.
@@ -197,6 +198,29 @@ impl Compared for Polygon {
     }
 
     fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+        points(&self.points, &new.points, sides, facts);
+        tags(&self.attributes, &new.attributes, facts);
+    }
+
+    fn shape(&self, map: &LaneletMap) -> Place {
+        Place::Polygon(places(map, &self.points))
+    }
+}
+
+impl Compared for Area {
+    fn subject(&self) -> Subject {
+        Subject::Relation(self.id.0)
+    }
+
+    fn alone(&self, _: &LaneletMap) -> Vec<Fact> {
+        is(&self.attributes, None)
+    }
+
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+        let lines = |area: &Self| -> BTreeSet<(String, Subject)> {
+            area.outer.iter().map(|bound| ("outer".to_owned(), Subject::LineString(bound.line.0))).collect()
+        };
+        sets(&lines(self), &lines(new), |sign, (role, member)| Fact::Member { sign, role, member }, facts);
         points(&self.points, &new.points, sides, facts);
         tags(&self.attributes, &new.attributes, facts);
     }

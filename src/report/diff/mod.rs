@@ -67,7 +67,7 @@ pub struct Count {
 pub struct Diff {
     /// By kind of element.
     pub totals: BTreeMap<&'static str, Count>,
-    /// Lanelets, regulatory elements, polygons, linestrings, points; each in the order of ids.
+    /// Lanelets, regulatory elements, areas, polygons, linestrings, points; each in the order of ids.
     pub changes: Vec<Change>,
 }
 
@@ -79,6 +79,7 @@ impl Diff {
         let mut diff = Self { totals: BTreeMap::new(), changes: Vec::new() };
         diff.layer("lanelets", &old.lanelets, &new.lanelets, &sides);
         diff.layer("regulatory elements", &old.regulatory_elements, &new.regulatory_elements, &sides);
+        diff.layer("areas", &old.areas, &new.areas, &sides);
         diff.layer("polygons", &old.polygons, &new.polygons, &sides);
         diff.layer("linestrings", &old.linestrings, &new.linestrings, &sides);
         diff.layer("points", &old.points, &new.points, &sides);

@@ -7,7 +7,7 @@ use super::lanes::positions;
 use super::lettering;
 use crate::diagnostic::{Diagnostic, Place, Subject};
 use crate::geometry::{Point, Vector};
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
 
 /// What a finding is about, as shapes.
 enum Shape {
@@ -143,6 +143,7 @@ fn of_subject(map: &LaneletMap, subject: Subject) -> Vec<Shape> {
     let line = |id| map.linestrings.get(LineStringId(id)).map(|l| Shape::Line(positions(map, &l.points)));
     let polygon = |id| map.polygons.get(PolygonId(id)).map(|p| Shape::Area(positions(map, &p.points)));
     let lanelet = |id| map.lanelets.get(LaneletId(id)).map(|l| Shape::Area(map.outline(l)));
+    let area = |id| map.areas.get(AreaId(id)).map(|a| Shape::Area(positions(map, &a.points)));
     match subject {
         Subject::Map => Vec::new(),
         Subject::Point(id) | Subject::Node(id) => point(id).into_iter().collect(),
@@ -151,6 +152,7 @@ fn of_subject(map: &LaneletMap, subject: Subject) -> Vec<Shape> {
         Subject::Way(id) => line(id).or_else(|| polygon(id)).into_iter().collect(),
         Subject::Lanelet(id) => lanelet(id).into_iter().collect(),
         Subject::Relation(id) if map.lanelets.contains(LaneletId(id)) => lanelet(id).into_iter().collect(),
+        Subject::Relation(id) if map.areas.contains(AreaId(id)) => area(id).into_iter().collect(),
         Subject::RegulatoryElement(id) | Subject::Relation(id) => map
             .regulatory_elements
             .get(RegulatoryElementId(id))

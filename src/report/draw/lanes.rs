@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point, Polyline};
 use crate::lane_stitching::{Colour, Strokes};
+use crate::lanelet::index::lets_vehicles_in;
 use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
 
 use super::canvas::Canvas;
@@ -26,6 +27,15 @@ pub fn polygons(canvas: &mut Canvas, map: &LaneletMap, intersections: bool) {
             let kind = polygon.attributes.get("type").unwrap_or("polygon");
             canvas.area(class, &ring, &format!("{kind} {}", polygon.id));
         }
+    }
+}
+
+/// Fills the areas: those that vehicles may cross as a road would be, the others as ground.
+pub fn areas(canvas: &mut Canvas, map: &LaneletMap) {
+    for area in &map.areas {
+        let class = if lets_vehicles_in(area) { style::PASSAGE } else { "lot" };
+        let kind = area.attributes.get("subtype").map_or_else(|| "area".to_owned(), |kind| format!("area, {kind}"));
+        canvas.area(class, &positions(map, &area.points), &format!("{kind} {}", area.id));
     }
 }
 

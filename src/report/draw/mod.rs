@@ -18,7 +18,7 @@ pub use strokes::geojson;
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
 
 /// Length of a picture's longer side in pixels, where no scale is asked for.
 const COMFORTABLE_SIDE: f64 = 1800.0;
@@ -113,7 +113,10 @@ pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
 /// The same for a part of the plane that is known already.
 pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options: &Options) -> String {
     let mut canvas = Canvas::new(view);
-    layer(&mut canvas, "areas", |c| lanes::polygons(c, map, false));
+    layer(&mut canvas, "areas", |c| {
+        lanes::areas(c, map);
+        lanes::polygons(c, map, false);
+    });
     layer(&mut canvas, "lanes", |c| lanes::surfaces(c, map));
     layer(&mut canvas, "intersections", |c| lanes::polygons(c, map, true));
     layer(&mut canvas, "turns", |c| lanes::turns(c, map));
@@ -129,6 +132,9 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
     let mut style = style::sheet(canvas.view.scale);
     if canvas.shows(style::YELLOW) {
         style += style::YELLOW_PAINT;
+    }
+    if canvas.shows(style::PASSAGE) {
+        style += style::PASSAGE_GROUND;
     }
     canvas.finish(&style, &options.title)
 }
@@ -225,6 +231,7 @@ fn points_of(map: &LaneletMap, id: i64) -> Vec<Point> {
     points.extend(line(LineStringId(id)));
     points.extend(polygon(PolygonId(id)));
     points.extend(lanelet(LaneletId(id)));
+    points.extend(map.areas.get(AreaId(id)).map(|area| lanes::positions(map, &area.points)).unwrap_or_default());
     for member in map.regulatory_elements.get(RegulatoryElementId(id)).into_iter().flat_map(|r| &r.members) {
         points.extend(match member.target {
             Target::Point(id) => map.points.get(id).map(|p| p.position).into_iter().collect(),

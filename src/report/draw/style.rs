@@ -20,6 +20,10 @@ pub enum Stroke {
 pub const YELLOW: &str = "paint-yellow";
 /// Its style, for drawings that have such paint.
 pub const YELLOW_PAINT: &str = ".paint-yellow{stroke:#ffc933}\n";
+/// Class of an area that vehicles may cross.
+pub const PASSAGE: &str = "passage";
+/// Its style, for drawings that have such areas.
+pub const PASSAGE_GROUND: &str = ".passage{fill:#b9a58a;fill-opacity:.55;stroke:#8d7656;stroke-width:.8}\n";
 
 /// How a linestring of these tags is drawn.
 pub fn stroke(attributes: &Attributes) -> Stroke {
@@ -38,7 +42,7 @@ pub fn stroke(attributes: &Attributes) -> Stroke {
         "virtual" => Stroke::Single("virtual"),
         "road_border" | "curbstone" | "road_boarder" => Stroke::True(Kind::Kerb, "kerb"),
         "guard_rail" | "wall" | "fence" => Stroke::Single("barrier"),
-        "stop_line" => Stroke::Single("stop"),
+        "stop_line" | "yield_line" => Stroke::Single("stop"),
         "pedestrian_marking" | "zebra_marking" | "bike_marking" => Stroke::Single("zebra-edge"),
         "traffic_light" | "light_bulbs" | "traffic_sign" => Stroke::Elsewhere,
         _ => Stroke::Single("other"),
@@ -80,7 +84,10 @@ pub fn area(attributes: &Attributes) -> &'static str {
     match attributes.get("type").unwrap_or_default() {
         "intersection_area" => "box",
         "hatched_road_markings" => "hatched",
-        "no_stopping_area" | "no_parking_area" | "no_obstacle_segmentation_area" => "forbidden",
+        "no_stopping_area" | "no_parking_area" => "forbidden",
+        "no_obstacle_segmentation_area" | "no_obstacle_segmentation_area_for_run_out" | "obstacle_removal_area" => {
+            "forbidden"
+        }
         "detection_area" => "watched",
         "crosswalk_polygon" => "zebra-outline",
         "speed_bump" => "bump",

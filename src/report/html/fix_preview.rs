@@ -8,7 +8,7 @@ use super::data::{kind, relative};
 use super::plane::Frame;
 use crate::diagnostic::{Diagnostic, Edit, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
 use crate::report::diff::{Diff, Kind};
 
 /// What is within this of where it was, metres, has not moved.
@@ -128,6 +128,7 @@ fn alike(map: &LaneletMap, subject: Subject) -> Subject {
         Subject::Node(id) => Subject::Point(id),
         Subject::Way(id) if map.polygons.contains(PolygonId(id)) => Subject::Polygon(id),
         Subject::Way(id) => Subject::LineString(id),
+        Subject::Relation(id) if map.areas.contains(AreaId(id)) => subject,
         Subject::Relation(id) if map.lanelets.contains(LaneletId(id)) => Subject::Lanelet(id),
         Subject::Relation(id) => Subject::RegulatoryElement(id),
         other => other,
@@ -143,6 +144,7 @@ fn shape(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
         Subject::Lanelet(id) => map.lanelets.get(LaneletId(id)).map(|lanelet| (true, map.outline(lanelet))),
         Subject::LineString(id) => map.linestrings.get(LineStringId(id)).map(|line| (false, places(&line.points))),
         Subject::Polygon(id) => map.polygons.get(PolygonId(id)).map(|polygon| (true, places(&polygon.points))),
+        Subject::Relation(id) => map.areas.get(AreaId(id)).map(|area| (true, places(&area.points))),
         Subject::RegulatoryElement(id) => {
             let members = map.regulatory_elements.get(RegulatoryElementId(id)).map(|element| &element.members);
             let of = |target| match target {

@@ -130,7 +130,7 @@ function search(index, [minX, minY, maxX, maxY]) {
 function findPrimitive(id, kind = null) {
   const { map, index } = state;
   const numbers = (k) => index.byId[k] ??= new Map(Array.from(map[k].id, (one, number) => [String(one), number]));
-  const order = { node: ['point'], way: ['line', 'polygon'], relation: ['lanelet', 'rule'] }[kind]
+  const order = { node: ['point'], way: ['line', 'polygon'], relation: ['lanelet', 'rule', 'polygon'] }[kind]
     ?? (kind ? [kind] : ['lanelet', 'rule', 'polygon', 'line', 'point']);
   for (const k of order) {
     const number = numbers(k).get(String(id));

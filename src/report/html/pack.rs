@@ -72,7 +72,9 @@ impl Packer {
     fn ways(&mut self, map: &LaneletMap) {
         let lines: Vec<_> = map.linestrings.iter().map(|l| (l.id.0, &l.points, &l.attributes)).collect();
         self.way_kind(map, ["line.id", "line.tags", "line.count", "line.points"], &lines);
-        let polygons: Vec<_> = map.polygons.iter().map(|p| (p.id.0, &p.points, &p.attributes)).collect();
+        // The page shows areas as polygons; only those behind them are relations.
+        let areas = map.areas.iter().map(|a| (a.id.0, &a.points, &a.attributes));
+        let polygons: Vec<_> = map.polygons.iter().map(|p| (p.id.0, &p.points, &p.attributes)).chain(areas).collect();
         self.way_kind(map, ["polygon.id", "polygon.tags", "polygon.count", "polygon.points"], &polygons);
     }
 

@@ -79,7 +79,7 @@ function swatch(colour) {
 /** A primitive's kind and id, to go there and to copy. */
 function reference([kind, id]) {
   const found = findPrimitive(id, kind);
-  const text = `${KIND_WORDS[kind] ?? kind} ${id}`;
+  const text = `${found ? wordOf(found) : KIND_WORDS[kind] ?? kind} ${id}`;
   return make('span', { class: 'reference' },
     found ? make('button', { type: 'button', class: 'link', title: 'Show it', onclick: () => choosePrimitive(found) }, text) : text,
     make('button', { type: 'button', class: 'copy', title: `Copy ${id}`, 'aria-label': `Copy ${id}`, onclick: () => copy(id) }));
@@ -126,6 +126,11 @@ function josm(command, label, title) {
 /** Tags whose value is the id of another primitive. */
 const ID_TAGS = { intersection_area: 'polygon', traffic_light_id: 'line' };
 
+/** Whether it is an area: the page has them behind the polygons. */
+const isArea = ({ kind, number }) => kind === 'polygon' && tagOf(kind, number, 'type') === 'multipolygon';
+/** What people call it. */
+const wordOf = (primitive) => (isArea(primitive) ? 'area' : KIND_WORDS[primitive.kind]);
+
 function primitiveCard({ kind, number }) {
   const { map } = state;
   const colours = palette();
@@ -161,13 +166,13 @@ function primitiveCard({ kind, number }) {
   const box = boxOf(map, kind, number);
   const at = box && latLon((box[0] + box[2]) / 2, (box[1] + box[3]) / 2);
   return [
-    make('p', { class: 'kind' }, make('b', {}, KIND_WORDS[kind])),
+    make('p', { class: 'kind' }, make('b', {}, wordOf({ kind, number }))),
     make('h2', { class: 'id' }, id, make('button', { type: 'button', class: 'copy', title: 'Copy the id (c)', 'aria-label': 'Copy the id', onclick: () => copy(id) })),
     tagTable(map.pairs(map[kind].tags[number])),
     ...sections.filter(Boolean),
     ...asked('card', { primitive: { kind, number } }),
     placeLine(at, null),
-    actions(at, [kind, id], [make('button', { type: 'button', onclick: () => copy(addressOf(`id=${id}`)), title: 'Copy a link to it (l)' }, 'Copy link')]),
+    actions(at, [isArea({ kind, number }) ? 'relation' : kind, id], [make('button', { type: 'button', onclick: () => copy(addressOf(`id=${id}`)), title: 'Copy a link to it (l)' }, 'Copy link')]),
   ].filter(Boolean);
 }
 

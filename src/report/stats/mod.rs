@@ -12,13 +12,13 @@ pub use network::Network;
 pub use spread::Spread;
 
 use crate::geometry::{Polyline, angle_between};
-use crate::lanelet::index::{Lane, MapIndex, STEP};
+use crate::lanelet::index::{Lane, MapIndex, STEP, lets_vehicles_in};
 use crate::lanelet::{Attributes, LaneletMap};
 
 /// The numbers of one map. Serialises as `stats --format json` prints it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
-    /// How many points, linestrings, polygons, lanelets and regulatory elements.
+    /// How many points, linestrings, polygons, lanelets, areas and regulatory elements.
     pub primitives: BTreeMap<&'static str, usize>,
     /// Lanelets by `subtype`.
     pub lanelets: BTreeMap<String, SubtypeStats>,
@@ -26,6 +26,8 @@ pub struct Stats {
     pub linestrings: BTreeMap<String, usize>,
     /// Polygons by `type`.
     pub polygons: BTreeMap<String, usize>,
+    /// Areas by `subtype`.
+    pub areas: BTreeMap<String, usize>,
     /// Regulatory elements by `subtype`.
     pub regulatory_elements: BTreeMap<String, usize>,
     /// Width of vehicle lanes in metres, measured every metre.
@@ -69,6 +71,7 @@ impl Stats {
             lanelets: lanelets(index),
             linestrings: tally(map.linestrings.iter().map(|l| &l.attributes), "type"),
             polygons: tally(map.polygons.iter().map(|p| &p.attributes), "type"),
+            areas: tally(map.areas.iter().map(|a| &a.attributes), "subtype"),
             regulatory_elements: tally(map.regulatory_elements.iter().map(|r| &r.attributes), "subtype"),
             width: Spread::of(vehicle.iter().flat_map(|lane| widths(lane)).collect()),
             curvature: Spread::of(centres().flat_map(curvatures).collect()),
@@ -93,6 +96,7 @@ impl Stats {
         for (title, tally) in [
             ("Linestrings", &self.linestrings),
             ("Polygons", &self.polygons),
+            ("Areas", &self.areas),
             ("Regulatory elements", &self.regulatory_elements),
         ] {
             if !tally.is_empty() {
@@ -134,6 +138,7 @@ fn primitives(map: &LaneletMap) -> BTreeMap<&'static str, usize> {
         ("linestrings", map.linestrings.len()),
         ("polygons", map.polygons.len()),
         ("lanelets", map.lanelets.len()),
+        ("areas", map.areas.len()),
         ("regulatory elements", map.regulatory_elements.len()),
     ])
 }
@@ -188,6 +193,7 @@ fn content(map: &LaneletMap) -> Vec<Content> {
     let polygons = |kind: &str| map.polygons.iter().filter(|p| p.attributes.is("type", kind)).count();
     let rules = |subtype: &str| map.regulatory_elements.iter().filter(|r| r.subtype == subtype).count();
     let tagged = |key: &str| map.lanelets.iter().filter(|l| l.attributes.has(key)).count();
+    let says = |key: &str, value: &str| map.lanelets.iter().filter(|l| l.attributes.is(key, value)).count();
     let subtype = |value: &str| map.lanelets.iter().filter(|l| l.attributes.is("subtype", value)).count();
     let all = [
         ("heights", map.points.iter().filter(|p| p.ele().is_some()).count()),
@@ -210,6 +216,12 @@ fn content(map: &LaneletMap) -> Vec<Content> {
         ("no parking areas", rules("no_parking_area")),
         ("speed bumps", rules("speed_bump")),
         ("virtual traffic lights", rules("virtual_traffic_light")),
+        ("roundabout elements", rules("roundabout")),
+        ("lanes to reverse in", says("direction_change", "yes")),
+        ("lanes not to drive in", says("no_drivable_lane", "yes")),
+        ("areas to cross", map.areas.iter().filter(|area| lets_vehicles_in(area)).count()),
+        ("landmarks", polygons("pose_marker")),
+        ("obstacle removal areas", polygons("obstacle_removal_area")),
     ];
     all.into_iter().map(|(what, count)| Content { what, count }).collect()
 }

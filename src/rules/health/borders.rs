@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::lanelet::index::{DrivingSide, MapIndex};
+use crate::lanelet::index::{DrivingSide, Lane, MapIndex};
 use crate::lanelet::{Bound, LineStringId, RoadType};
 
 use super::params::subject;
@@ -27,7 +27,7 @@ fn wrong_side(map: &MapIndex) -> Vec<Finding> {
     let mut users: BTreeMap<LineStringId, usize> = BTreeMap::new();
     let mut pairs = Vec::new();
     for (at, lane) in map.lanes.iter().enumerate() {
-        if lane.kind != RoadType::Road || !lane.is_for_cars() || lane.both_ways {
+        if lane.kind != RoadType::Road || !lane.is_for_cars() || lane.both_ways || lane.reverses() {
             continue;
         }
         let way = lane.bounds[outer];
@@ -51,13 +51,15 @@ fn wrong_side(map: &MapIndex) -> Vec<Finding> {
     pairs.into_iter().map(finding).collect()
 }
 
-/// Lanelets with the same bounds, in the same direction, for the same traffic.
+/// Lanelets with the same bounds, in the same direction, for the same traffic. Where vehicles reverse there is one for it and one to
+/// drive on.
 fn twice(map: &MapIndex) -> Vec<Finding> {
-    let mut first: FxHashMap<(Bound, Bound, &str), i64> = FxHashMap::default();
+    let mut first: FxHashMap<(Bound, Bound, &str, bool), i64> = FxHashMap::default();
     let mut findings = Vec::new();
     for lanelet in &map.map.lanelets {
         let kind = lanelet.attributes.get("subtype").unwrap_or_default();
-        let known = *first.entry((lanelet.left, lanelet.right, kind)).or_insert(lanelet.id.0);
+        let reverses = map.lane_of(lanelet.id).is_some_and(Lane::reverses);
+        let known = *first.entry((lanelet.left, lanelet.right, kind, reverses)).or_insert(lanelet.id.0);
         if known == lanelet.id.0 {
             continue;
         }

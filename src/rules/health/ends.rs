@@ -13,6 +13,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
     let Some(border) = border(map) else { return Vec::new() };
     let inside = |edge: &Edge| border.distance(edge.middle()) > params.map_border;
     let (mut findings, loose) = (Vec::new(), &map.settings.loose_ends);
+    let [into_areas, out_of_areas] = map.lanes_at_areas();
     for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
         let lane = &map.lanes[at];
         if !is_alone(moves, at) {
@@ -20,6 +21,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
         }
         if !links.ends.contains(&at)
             && map.followers(at).is_empty()
+            && !into_areas.contains(&at)
             && inside(&lane.end)
             && goes_on(map, params, at, true)
             && !turns(map, params, at, true)
@@ -30,6 +32,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
         }
         if !links.starts.contains(&at)
             && map.predecessors(at).is_empty()
+            && !out_of_areas.contains(&at)
             && inside(&lane.start)
             && goes_on(map, params, at, false)
             && !turns(map, params, at, false)

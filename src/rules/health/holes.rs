@@ -65,7 +65,10 @@ pub struct Holes<'m> {
 impl<'m> Holes<'m> {
     pub fn new(map: &'m MapIndex<'m>, params: &'m Params, moves: &'m RoutingMoves<'m>) -> Self {
         let mut by_end: FxHashMap<PointId, Vec<LineStringId>> = FxHashMap::default();
-        for line in &map.map.linestrings {
+        // Between these lies an area.
+        let around: FxHashSet<LineStringId> =
+            map.map.areas.iter().flat_map(|area| &area.outer).map(|bound| bound.line).collect();
+        for line in map.map.linestrings.iter().filter(|line| !around.contains(&line.id)) {
             let kind = line.attributes.get("type").unwrap_or_default();
             if let [first, .., last] = line.points[..]
                 && first != last

@@ -55,10 +55,11 @@ impl<'m> Links<'m> {
         links
     }
 
-    /// Lanes for vehicles outside intersections.
+    /// Lanes for vehicles that drive forward, outside intersections.
     fn lanes(&self) -> impl Iterator<Item = usize> + 'm {
         let map = self.map;
-        (0..map.lanes.len()).filter(move |&at| map.lanes[at].vehicle && map.movement(at).is_none())
+        let is_forward = move |at: usize| map.lanes[at].vehicle && !map.lanes[at].reverses();
+        (0..map.lanes.len()).filter(move |&at| is_forward(at) && map.movement(at).is_none())
     }
 
     /// Lanes whose end lies no farther from a lane's start, and that head the same way.
@@ -71,6 +72,7 @@ impl<'m> Links<'m> {
             let lane = &map.lanes[x];
             x != y
                 && lane.vehicle
+                && !lane.reverses()
                 && map.movement(x).is_none()
                 && lane.end.ids != start.ids
                 && (lane.end.middle() - start.middle()).norm() <= reach

@@ -7,10 +7,14 @@ use crate::rules::routing_moves::RoutingMoves;
 
 use super::params::Params;
 
-/// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04.
+/// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04. Vehicles that reverse leave a lane
+/// as they came.
 pub fn is_street(map: &MapIndex, at: usize) -> bool {
     let lane = &map.lanes[at];
-    lane.kind == RoadType::Road && lane.is_for_cars() && map.intersections_touching(at).next().is_none()
+    !lane.reverses()
+        && lane.kind == RoadType::Road
+        && lane.is_for_cars()
+        && map.intersections_touching(at).next().is_none()
 }
 
 /// Whether no lane beside it goes on. Else it is an added or a dropped lane: vm-07-06.

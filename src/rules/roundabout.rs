@@ -1,0 +1,146 @@
+//! roundabout: whether Autoware's turn signals find in a roundabout element what they look for.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LaneletId, RegulatoryElement};
+
+use super::NoParams;
+
+/// Tags of an entry: the exits for which the signal is on from there.
+const SIGNALS: [&str; 2] = ["exit_turn_signal_left", "exit_turn_signal_right"];
+/// The tag of a lane from which on the signal for leaving is on.
+const ENABLE: &str = "enable_exit_turn_signal";
+
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let rings: Vec<Ring> =
+        map.map.regulatory_elements.iter().filter(|element| element.subtype == "roundabout").map(Ring::of).collect();
+    let mut findings = Vec::new();
+    for ring in &rings {
+        findings.extend(unreferenced(map, ring));
+        findings.extend(ring.entries.iter().filter_map(|&id| apart(map, ring, id, "entry", [false, true])));
+        findings.extend(ring.exits.iter().filter_map(|&id| apart(map, ring, id, "exit", [true, false])));
+        findings.extend(ring.inner.iter().filter_map(|&id| apart(map, ring, id, "internal", [true, true])));
+    }
+    for lanelet in &map.map.lanelets {
+        let about = Subject::Lanelet(lanelet.id.0);
+        for key in SIGNALS {
+            let Some(value) = lanelet.attributes.get(key) else { continue };
+            findings.extend(no_exits(&rings, lanelet.id, key, value));
+        }
+        findings.extend(old_signals(lanelet.id, &lanelet.attributes));
+        if let Some(value) = lanelet.attributes.get(ENABLE).filter(|value| matches!(*value, "yes" | "1")) {
+            let message =
+                format!("{ENABLE}={value} of lanelet {} has no effect: Autoware reads true alone.", lanelet.id);
+            let edit = Edit::SetTag { on: about, key: ENABLE.into(), value: "true".into() };
+            findings.push(Finding::new("not-true", about, message).fixed_by(
+                format!("set {ENABLE}=true"),
+                false,
+                vec![edit],
+            ));
+        }
+    }
+    findings
+}
+
+/// An element with its lanelets.
+struct Ring<'m> {
+    element: &'m RegulatoryElement,
+    entries: BTreeSet<LaneletId>,
+    exits: BTreeSet<LaneletId>,
+    inner: BTreeSet<LaneletId>,
+}
+
+impl<'m> Ring<'m> {
+    fn of(element: &'m RegulatoryElement) -> Self {
+        let of = |role: &str| element.lanelets(role).collect();
+        Self { element, entries: of("entry"), exits: of("exit"), inner: of("internal") }
+    }
+
+    fn holds(&self, id: LaneletId) -> bool {
+        [&self.entries, &self.exits, &self.inner].iter().any(|lanes| lanes.contains(&id))
+    }
+}
+
+/// Entries and exits that do not refer to the element: Autoware looks for it in the lanelets that it drives on.
+fn unreferenced(map: &MapIndex, ring: &Ring) -> Option<Finding> {
+    let referrers: BTreeSet<LaneletId> = map.referrers(ring.element.id).iter().copied().collect();
+    let idle: BTreeSet<LaneletId> =
+        ring.entries.union(&ring.exits).filter(|id| !referrers.contains(id)).copied().collect();
+    let first = idle.first()?;
+    let (id, subject) = (ring.element.id, Subject::RegulatoryElement(ring.element.id.0));
+    let message = match idle.len() {
+        1 => format!("Lanelet {first} is part of roundabout element {id} and does not refer to it."),
+        count => format!(
+            "{count} entries and exits of roundabout element {id} do not refer to it, lanelet {first} the first."
+        ),
+    };
+    let edit = |lane: &LaneletId| Edit::AddMember {
+        on: Subject::Lanelet(lane.0),
+        role: "regulatory_element".into(),
+        member: subject,
+    };
+    let finding = Finding::new("unreferenced", subject, message).with(Subject::Lanelet(first.0), "lanelet");
+    Some(finding.fixed_by("let them refer to the element", false, idle.iter().map(edit).collect()))
+}
+
+/// A lanelet that does not hang together with the others of its element: nothing leads to it, or it leads to none of them.
+fn apart(map: &MapIndex, ring: &Ring, id: LaneletId, role: &str, [before, behind]: [bool; 2]) -> Option<Finding> {
+    let at = map.lane(id)?;
+    let any = |lanes: &[usize]| lanes.iter().any(|&other| ring.holds(map.lanes[other].id));
+    let what = match (!before || any(map.predecessors(at)), !behind || any(map.followers(at))) {
+        (true, true) => return None,
+        (false, true) => "no lanelet of the element leads into it",
+        (true, false) => "it leads into no lanelet of the element",
+        (false, false) => "no lanelet of the element leads into it or out of it",
+    };
+    let message = format!("Lanelet {id} has the role {role} in roundabout element {}, but {what}.", ring.element.id);
+    let finding = Finding::new("apart", Subject::Lanelet(id.0), message);
+    Some(finding.with(Subject::RegulatoryElement(ring.element.id.0), "roundabout element"))
+}
+
+/// Ids in the tag of an entry that are no exits of its roundabout.
+fn no_exits(rings: &[Ring], lanelet: LaneletId, key: &str, value: &str) -> Vec<Finding> {
+    let about = Subject::Lanelet(lanelet.0);
+    let own: Vec<&Ring> = rings.iter().filter(|ring| ring.entries.contains(&lanelet)).collect();
+    if own.is_empty() {
+        let message = format!("Lanelet {lanelet} has {key} and is the entry of no roundabout element.");
+        return vec![Finding::new("no-exit", about, message)];
+    }
+    let ids = value.split([',', ' ', '[', ']']).filter_map(|id| id.parse::<i64>().ok());
+    let wrong = ids.filter(|id| !own.iter().any(|ring| ring.exits.contains(&LaneletId(*id))));
+    wrong
+        .map(|id| {
+            let message = format!("{key} of lanelet {lanelet} names {id}, which is no exit of its roundabout element.");
+            Finding::new("no-exit", about, message)
+        })
+        .collect()
+}
+
+/// The tags that said the same at first: the id of an exit as key, the signal as value.
+fn old_signals(lanelet: LaneletId, tags: &crate::lanelet::Attributes) -> Option<Finding> {
+    let is_id = |key: &str| key.parse::<i64>().is_ok();
+    let old: Vec<(&str, usize)> = tags
+        .iter()
+        .filter_map(|(key, value)| match value {
+            "turn_signal_left" if is_id(key) => Some((key, 0)),
+            "turn_signal_right" if is_id(key) => Some((key, 1)),
+            _ => None,
+        })
+        .collect();
+    let &(first, side) = old.first()?;
+    let about = Subject::Lanelet(lanelet.0);
+    let message = format!(
+        "Lanelet {lanelet} has the id {first} as a tag, which Autoware reads no more; {} lists the exits instead.",
+        SIGNALS[side]
+    );
+    let mut edits: Vec<Edit> = old.iter().map(|(key, _)| Edit::RemoveTag { on: about, key: (*key).into() }).collect();
+    for (side, key) in SIGNALS.into_iter().enumerate() {
+        let ids: Vec<&str> = old.iter().filter(|one| one.1 == side).map(|one| one.0).collect();
+        if !ids.is_empty() && !tags.has(key) {
+            edits.push(Edit::SetTag { on: about, key: key.into(), value: ids.join(",").into() });
+        }
+    }
+    Some(Finding::new("old-tag", about, message).fixed_by("list the exits", false, edits))
+}
