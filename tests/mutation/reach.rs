@@ -29,7 +29,25 @@ const UNRAISED: &[(&str, &[&str])] = &[
         "told as a near miss or as a lane without length wherever a sample map can have it",
         &["parts/same-place", "parts/point-bound"],
     ),
-    ("no sample map has areas as relations, which Autoware uses nowhere", &["load/area"]),
+    (
+        "no sample map has areas as relations, landmarks, or roundabout elements",
+        &[
+            "load/area",
+            "area/closed",
+            "area/shut",
+            "area/unspanned",
+            "area/dead-end",
+            "area/lane-untagged",
+            "area/hole",
+            "area/concave",
+            "area/unreached",
+            "landmark/corners",
+            "landmark/no-id",
+            "roundabout/unreferenced",
+            "roundabout/apart",
+            "signal/no-light",
+        ],
+    ),
     (
         "of a whole map rather than of a place: its network, its side, its heights",
         &[

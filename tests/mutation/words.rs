@@ -176,6 +176,18 @@ macro_rules! road {
     };
 }
 
+/// A traffic light with a tag of its own about others.
+macro_rules! light {
+    ($name:literal, $raises:expr, $key:literal, $value:literal) => {
+        kind($name, $raises, |_: &Base, map, dice| {
+            let is_light = |one: &&Relation| one.tags.is("subtype", "traffic_light");
+            let id = dice.pick(map.relations.iter().filter(is_light))?.id;
+            map.relation(id).tags.set($key, $value);
+            Some(vec![id])
+        })
+    };
+}
+
 pub const KINDS: &[Kind] = &[
     kind("misspell the type of a bound", &["tag/value"], |_, map, dice| {
         let lane = dice.pick(roads(map))?;
@@ -202,6 +214,15 @@ pub const KINDS: &[Kind] = &[
     road!("close a road to all by naming one", &["access/closed"], "participant:vehicle", &["designated", "no"]),
     road!("forbid a road to a kind of the vehicles it lets in", &["access/hidden"], "participant:vehicle:car", &["no"]),
     road!("hide a speed limit", &["access/standstill"], "speed_limit:vehicle", &["0"]),
+    road!("let a lane reverse by the tag's former name", &["tag/renamed"], "direction_change_lane", &["yes"]),
+    road!("ask for an approval where nobody asks", &["tag/misplaced"], "rtc_approval_required_v1", &["crosswalk"]),
+    road!("close a lane to the vehicle with another word", &["tag/value"], "no_drivable_lane", &["true"]),
+    road!("put on the signal with another word", &["roundabout/not-true"], "enable_exit_turn_signal", &["yes", "1"]),
+    road!("name an exit outside every roundabout", &["roundabout/no-exit"], "exit_turn_signal_left", &["7"]),
+    road!("name an exit by a key", &["roundabout/old-tag"], "7", &["turn_signal_left", "turn_signal_right"]),
+    light!("name a light that is none", &["signal/target"], "signal_color_relation:red:green", "7"),
+    light!("name a lamp that is none", &["signal/lamp"], "signal_color_relation:yellow:green", "7"),
+    light!("put a blank before a light", &["signal/blank"], "signal_color_relation:red:green", "7, 8"),
     kind("make an edge of the road a curb", &["parts/curbstone"], |_, map, dice| {
         let lane = dice.pick(roads(map))?;
         let ways = bounds(map.relation(lane));
