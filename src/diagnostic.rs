@@ -181,6 +181,8 @@ pub enum Edit {
     /// Create the lanelet of the other direction with a fresh id: between the same bounds, one-way, with the same tags but for
     /// where it turns, and of the regulatory elements with these.
     CreateOpposite { lanelet: i64, elements: Vec<i64> },
+    /// Write the `format_version` of `MetaInfo` into each file.
+    SetFormatVersion { version: Text },
     /// Cut ways and the lanelets between them at the same places of a road.
     Divide(Division),
 }

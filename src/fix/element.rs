@@ -112,6 +112,12 @@ impl Element {
         Self { head, items: Vec::new(), tail: None, name: name.to_owned(), margin: margin.to_owned() }
     }
 
+    /// A new element without id and children, on a line of its own.
+    pub fn without_id(name: &str, margin: &str) -> Self {
+        let head = format!("{margin}<{name}");
+        Self { head, items: Vec::new(), tail: None, name: name.to_owned(), margin: margin.to_owned() }
+    }
+
     /// Adds a vertex to a new way.
     pub fn add_vertex(&mut self, point: i64) {
         let child = Child::Vertex(point);

@@ -312,7 +312,8 @@ fn change_of(edit: &Edit) -> u8 {
         | Edit::RemoveTag { .. }
         | Edit::AddMember { .. }
         | Edit::RemoveMember { .. }
-        | Edit::SetRole { .. } => 0,
+        | Edit::SetRole { .. }
+        | Edit::SetFormatVersion { .. } => 0,
         Edit::CreateArea { .. }
         | Edit::CreateRegulatoryElement { .. }
         | Edit::CreateOpposite { .. }

@@ -128,6 +128,7 @@ fn touched(edit: &Edit) -> Vec<Subject> {
         Edit::ReplaceWay { lanelet, .. } | Edit::CreateOpposite { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
         Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
         Edit::Remove { subject } => vec![*subject],
+        Edit::SetFormatVersion { .. } => Vec::new(),
         Edit::CreateStopLine { element, .. } => vec![*element],
         Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
         Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),

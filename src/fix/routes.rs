@@ -19,7 +19,8 @@ pub fn may_change(done: &[Proposal]) -> bool {
         Edit::AddMember { .. }
         | Edit::CreateArea { .. }
         | Edit::CreateRegulatoryElement { .. }
-        | Edit::CreateStopLine { .. } => false,
+        | Edit::CreateStopLine { .. }
+        | Edit::SetFormatVersion { .. } => false,
         _ => true,
     })
 }

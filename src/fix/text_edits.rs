@@ -4,6 +4,7 @@ mod claims;
 mod created;
 mod division;
 mod edit_claims;
+mod format_version;
 mod ids;
 mod keys;
 mod new_ids;
@@ -204,6 +205,7 @@ impl<'a> TextEdits<'a> {
             Edit::CreateArea { points, lanelets } => self.create_area(points, lanelets)?,
             Edit::CreateOpposite { lanelet, elements } => self.create_opposite(*lanelet, elements)?,
             Edit::Divide(division) => self.divide(division)?,
+            Edit::SetFormatVersion { version } => self.set_format_version(version)?,
         }
         Some(())
     }

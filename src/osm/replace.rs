@@ -37,7 +37,7 @@ impl OsmData {
             sources: sources
                 .map(|(Source { name, marked, .. }, text)| Source { name: name.clone(), text, marked: *marked })
                 .collect(),
-            meta: self.meta.clone(),
+            meta: fresh.0.meta.take().or_else(|| self.meta.clone()),
             generator: self.generator.clone(),
             bounds: self.bounds.clone(),
             nodes: in_file_order(nodes.chain(fresh.0.nodes.drain(..)).collect(), |one| &one.span),

@@ -120,6 +120,7 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::CreateStopLine { .. }
         | Edit::ReverseWay { .. }
         | Edit::CreateOpposite { .. }
+        | Edit::SetFormatVersion { .. }
         | Edit::Divide(_) => None,
     }
 }

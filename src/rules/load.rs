@@ -6,7 +6,7 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
     BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, RingFault,
-    known_subtypes,
+    SUPPORTED_FORMAT_VERSION, known_subtypes,
 };
 
 use super::NoParams;
@@ -110,9 +110,13 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             )
         }
         Condition::BrokenArea(fault) => broken_area(subject, fault),
-        Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
+        Condition::NoFormatVersion => {
+            let finding = found("format-version", "The map has no MetaInfo format_version.".to_owned());
+            with_format_version(map, finding)
+        }
         Condition::BadFormatVersion { found: version } => {
-            found("format-version", format!("format_version {version} is not of the form 2, 2.0 or 2.0.0."))
+            let message = format!("format_version {version} is not of the form 2, 2.0 or 2.0.0.");
+            with_format_version(map, found("format-version", message))
         }
         Condition::UnsupportedFormatVersion { found: version, supported } => found(
             "format-version",
@@ -121,6 +125,15 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::PassedOver { message, .. } => found("passed-over", format!("{message}.")),
         _ => return None,
     })
+}
+
+/// Adds the fix that writes the version that Autoware knows. Formats 1 and 2 differ in bicycle lanes alone: where a map has none, it
+/// means the same under both.
+fn with_format_version(map: &MapIndex, finding: Finding) -> Finding {
+    let is_safe = !map.map.lanelets.iter().any(|lanelet| lanelet.attributes.is("subtype", "bicycle_lane"));
+    let version = SUPPORTED_FORMAT_VERSION.to_string();
+    let title = format!("write format_version=\"{version}\"");
+    finding.fixed_by(title, is_safe, vec![Edit::SetFormatVersion { version: version.into() }])
 }
 
 /// What is wrong with the bounds of a lanelet.

@@ -68,6 +68,8 @@ impl TextEdits<'_> {
             }
             Edit::CreateOpposite { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
             Edit::Divide(division) => self.claim_division(division, claim),
+            // No other fix changes the head of a file.
+            Edit::SetFormatVersion { .. } => {}
         }
     }
 }

@@ -73,6 +73,7 @@ impl Causes {
                 Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => {
                     _ = causes.points.entry(*point).or_default().insert(i)
                 }
+                Edit::SetFormatVersion { .. } => {}
                 Edit::RemoveRepeat { on, .. } | Edit::Renumber { on, .. } => _ = reach(alike(map, *on)),
                 Edit::Remove { subject } => _ = reach(alike(map, *subject)),
                 Edit::MergePoints { from, to } => {
