@@ -53,6 +53,16 @@ fn edited(edits: &[Edit]) -> Option<Vec<String>> {
 }
 
 #[test]
+fn a_version_is_written_into_the_head() {
+    let version = Edit::SetFormatVersion { version: "2".into() };
+    let lines = edited(std::slice::from_ref(&version)).unwrap();
+    assert_eq!(lines, ["+  <MetaInfo format_version=\"2\" map_version=\"1\"/>"]);
+    let osm = read(&MAP.replace("<!-- a word -->", "<MetaInfo map_version='7' format_version='x'/>"));
+    let made = super::edited(&osm, &Fix { title: String::new(), safe: true, edits: vec![version] }).unwrap();
+    assert!(made[0].contains("  <MetaInfo map_version='7' format_version='2'/>\n  <relation"), "{made:?}");
+}
+
+#[test]
 fn a_tag_is_set_where_it_stands() {
     let edit = Edit::SetTag { on: Subject::Point(2), key: "ele".into(), value: "4 < 5".into() };
     assert_eq!(edited(&[edit]).unwrap(), ["-    <tag k=\"ele\" v=\"3\" />", "+    <tag k=\"ele\" v=\"4 &lt; 5\"/>"]);

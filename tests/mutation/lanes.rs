@@ -4,22 +4,11 @@ use lanewright::geometry::{Point, Vector, cross};
 use lanewright::osm::{ElementKind, Member, Relation, Way};
 
 use super::draft::{Dice, Draft, bounds, members};
-use super::{Kind, kind};
-
-/// A lane that is gone shows at the lanes before and behind it, or at the lines beside it.
-const GONE: &[&str] = &[
-    "health/hole",
-    "vm-03-04/dangling-il",
-    "vm-03-04/in-lane-dead-end",
-    "vm-03-04/out-lane-unreached",
-    "vm-03-04/movement-missing",
-];
+use super::{Kind, deleted_lanes, kind};
 
 pub const KINDS: &[Kind] = &[
-    kind("delete a road lanelet", GONE, |_, map, dice| {
-        let road = |lanelet: &&Relation| lanelet.tags.is("subtype", "road");
-        let id = dice.pick(map.lanelets().filter(road))?.id;
-        map.remove(ElementKind::Relation, id);
+    kind(deleted_lanes::NAME, deleted_lanes::GONE, |_, map, dice| {
+        map.remove(ElementKind::Relation, dice.pick(deleted_lanes::roads(map))?);
         // The lanes that miss it are named, not the lanelet, which is gone.
         Some(Vec::new())
     }),

@@ -77,7 +77,10 @@ mod tests {
         };
         let some = |texts: &[&str]| Some(texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>());
         let meta = "<MetaInfo map_version='1'/>";
-        assert_eq!(of(&format!("<?xml version=\"1.0\"?><!-- <MetaInfo/> --><osm>{meta}<node/></osm>"), false), some(&[meta]));
+        assert_eq!(
+            of(&format!("<?xml version=\"1.0\"?><!-- <MetaInfo/> --><osm>{meta}<node/></osm>"), false),
+            some(&[meta])
+        );
         let long = "<MetaInfo><a/></MetaInfo>";
         assert_eq!(of(&format!("<osm><node><tag/></node>{long}{meta}</osm>"), true), some(&[long, meta]));
         assert_eq!(of("<osm><node><MetaInfo/></node></osm>", true), some(&[""]));
