@@ -82,6 +82,8 @@ const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
         "a light that moves leaves the two lanelets behind the line for the one before",
     ),
     ("vm-04-02/bad-exchanged", 2, "two elements exchange their lights"),
+    ("load/bad-format-version-word", 2, "formats 1 and 2 differ where both lanelets are bicycle lanes"),
+    ("node/bad-coordinate-metres", 9, "all latitudes and longitudes are metres"),
     ("node/bad-ele-left-out", 9, "the heights of a map are left out where all of it lies at 0"),
     ("health/bad-dead-end", 2, "the lane behind the missing one lies aside, so that it does not resume the one before"),
     (

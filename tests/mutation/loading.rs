@@ -131,7 +131,8 @@ pub const KINDS: &[Kind] = &[
     kind("drop a height", &["node/no-ele", "node/ele-left-out"], |_, map, dice| {
         let id = dice.pick(&map.nodes)?.id;
         map.node(id).tags = without(&map.node(id).tags, "ele");
-        Some(vec![id])
+        // Where all of a map lies at 0, it is named and not the node.
+        Some(Vec::new())
     }),
     kind("drop a latitude", &["node/coordinate"], |_, map, dice| {
         let id = dice.pick(&map.nodes)?.id;

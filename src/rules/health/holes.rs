@@ -31,6 +31,9 @@ const SURE_WIDTHS: [f64; 2] = [0.4, 2.5];
 /// A missing piece with more of its ground than this (1) under lanes of its direction is there, drawn in another way.
 const COVERED: f64 = 0.25;
 
+/// The same where other lanes begin or end with the piece, and nothing lies at its other end.
+const COVERED_AT_FORKS: f64 = 0.6;
+
 /// A piece of road without a lanelet.
 pub struct Hole {
     /// The lane that leads into it.
@@ -123,6 +126,7 @@ impl<'m> Holes<'m> {
             false => (lane.start, lane.heading_in().map(|heading| -heading), self.map.predecessors(at)),
         };
         let Some(heading) = heading.filter(|_| !self.is_closed(edge.ids)) else { return Vec::new() };
+        let along = if forward { heading } else { -heading };
         let [left, right] = edge.ids.map(|id| self.onward(id, heading, &lane.bounds));
         let mut holes = Vec::new();
         for a in &left {
@@ -134,7 +138,6 @@ impl<'m> Holes<'m> {
                 let ids = [a.end, b.end];
                 let beyond = if forward { self.map.starting_at(ids) } else { self.map.ending_at(ids) };
                 let beyond = beyond.iter().copied().find(|&other| other != at && self.is_road(other));
-                // Where the lane goes on, a piece is missing only if it leads to a lane, and nothing else uses one of its borders.
                 let idle = lines.iter().filter(|line| !self.bounds.contains(line)).count();
                 // The border of the ground of an intersection leads from road to road without a lane along it.
                 let is_ground =
@@ -147,22 +150,18 @@ impl<'m> Holes<'m> {
                 if !(next.is_empty() && back.is_empty()) && idle < 2 && lines.iter().any(is_ground) {
                     continue;
                 }
-                if !(next.is_empty() || (idle > 0 && beyond.is_some())) {
+                // Between lanes that go straight on, a lane that only turns leaves ground that looks like a lane.
+                if !next.is_empty() && idle == 0 {
                     continue;
                 }
-                // A lane that is dropped beside one that goes on, where paint or nothing takes its place.
-                if beyond.is_none() && idle == 0 && !is_alone(self.moves, at) {
-                    continue;
-                }
-                // A kerb goes on where the map ends.
-                if beyond.is_none() && lines.iter().all(|&line| self.is_of_type(line, "curbstone")) {
+                if beyond.is_none() && !self.may_lead_out((at, along), next, [a, b], idle) {
                     continue;
                 }
                 let sure = idle == 2 && beyond.is_some();
                 let Some(center) = self.is_a_lane(&edge, a, b, if sure { SURE_WIDTHS } else { WIDTHS }) else {
                     continue;
                 };
-                let along = if forward { center.clone() } else { center.reversed() };
+                let driven = if forward { center.clone() } else { center.reversed() };
                 // Other ways on from the one lane, and other ways into the other, begin and end on the same ground. What leads from the
                 // one to the other is the piece itself, drawn with copies of its borders.
                 let does_not_count = |other: usize| match [next.contains(&other), back.contains(&other)] {
@@ -170,7 +169,9 @@ impl<'m> Holes<'m> {
                     [true, true] => false,
                     [one, two] => sure || one || two,
                 };
-                if is_covered(self.map, self.params, &along, does_not_count) {
+                // Where other ways on from the lane count, they cover the ground near it.
+                let most = if beyond.is_none() && !next.is_empty() { COVERED_AT_FORKS } else { COVERED };
+                if covered(self.map, self.params, &driven, does_not_count) > most {
                     continue;
                 }
                 let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };
@@ -179,6 +180,37 @@ impl<'m> Holes<'m> {
             }
         }
         holes
+    }
+
+    /// Whether two lines beyond a lane, of which so many bound no lanelet, may be the borders of a lane that leads to none. The lane is
+    /// given with the direction in which vehicles drive there.
+    fn may_lead_out(&self, (at, along): (usize, Vector), next: &[usize], sides: [&Onward; 2], idle: usize) -> bool {
+        let lines = sides.map(|side| side.line);
+        if !next.is_empty() {
+            // Nobody draws a line that is not there but along a lane.
+            let is_drawn_for_a_lane = lines.iter().any(|&line| self.is_of_type(line, "virtual"));
+            return idle == 2 && is_drawn_for_a_lane && !lines.iter().any(|&line| self.is_of_type(line, "road_border"));
+        }
+        // A kerb goes on where the map ends.
+        let is_kerb = lines.iter().all(|&line| self.is_of_type(line, "curbstone"));
+        // A lane that is dropped beside one that goes on, where paint or nothing takes its place; not between two that go on.
+        let is_dropped = idle == 0 && !is_alone(self.moves, at) && !self.is_between_lanes(at, along, sides);
+        !is_kerb && !is_dropped
+    }
+
+    /// Whether both lines bound lanes that run as this one does: between the directions of a road there may be painted ground.
+    fn is_between_lanes(&self, at: usize, heading: Vector, sides: [&Onward; 2]) -> bool {
+        let runs_along = |side: &Onward| {
+            let users = self.map.users_of(side.line).iter().filter(|&&user| user != at && self.map.lanes[user].vehicle);
+            let headings = users.filter_map(|&user| {
+                let line = self.map.lanes[user].center.as_ref()?;
+                Some(line.direction(line.project(*side.points.first()?).station))
+            });
+            headings
+                .into_iter()
+                .any(|other: Vector| angle_between(heading, other).abs().to_degrees() <= self.params.straight_on)
+        };
+        sides.into_iter().all(runs_along)
     }
 
     /// Whether a line joins two points: behind an end so closed lies an area, no lane.
@@ -225,9 +257,13 @@ impl<'m> Holes<'m> {
     }
 }
 
-/// Whether lanelets of the same direction, or for others than cars, lie on the ground of a missing piece; without those that
-/// `do_not_count`.
-pub fn is_covered(map: &MapIndex, params: &Params, center: &Polyline, do_not_count: impl Fn(usize) -> bool) -> bool {
+/// Whether lanelets of the same direction, or along which people walk, lie on the ground of a missing piece.
+pub fn is_covered(map: &MapIndex, params: &Params, center: &Polyline) -> bool {
+    covered(map, params, center, |_| false) > COVERED
+}
+
+/// The share (1) of the ground of a missing piece that lies under such lanelets, without those that `do_not_count`.
+fn covered(map: &MapIndex, params: &Params, center: &Polyline, do_not_count: impl Fn(usize) -> bool) -> f64 {
     let places: Vec<Point> = center.places(STEP).collect();
     let inner = places.iter().skip(1).take(places.len().saturating_sub(2));
     let [mut all, mut covered] = [0_u32, 0_u32];
@@ -237,12 +273,14 @@ pub fn is_covered(map: &MapIndex, params: &Params, center: &Polyline, do_not_cou
         let lies_on = |&at: &usize| {
             let lane = &map.lanes[at];
             let along = lane.center.as_ref().map(|line| line.direction(line.project(*place).station));
-            let same = along.is_none_or(|along| angle_between(heading, along).abs().to_degrees() <= params.straight_on);
-            !do_not_count(at) && (same || !lane.vehicle) && polygon::contains(&lane.outline, *place)
+            let turn = along.map_or(0.0, |along| angle_between(heading, along).abs().to_degrees());
+            // What people walk along takes the place of a lane; what leads across does not.
+            let turn = if lane.vehicle { turn } else { turn.min(180.0 - turn) };
+            !do_not_count(at) && turn <= params.straight_on && polygon::contains(&lane.outline, *place)
         };
         covered += u32::from(map.lanes_near(*place, *place).iter().any(lies_on));
     }
-    f64::from(covered) > COVERED * f64::from(all)
+    f64::from(covered) / f64::from(all.max(1))
 }
 
 impl Hole {

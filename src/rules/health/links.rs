@@ -207,7 +207,7 @@ impl<'m> Links<'m> {
         (is_ahead
             && sideways <= half
             && self.map.are_ends_level(&a.end, &b.start)
-            && !is_covered(self.map, params, &line, |_| false))
+            && !is_covered(self.map, params, &line))
         .then(|| way.norm())
     }
 
