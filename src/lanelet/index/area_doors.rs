@@ -94,6 +94,17 @@ impl MapIndex<'_> {
         .collect()
     }
 
+    /// Pairs of lanes between which an area leads vehicles: out of the first, onto the second.
+    pub fn ways_over_areas(&self) -> Vec<[usize; 2]> {
+        let mut ways = Vec::new();
+        for area in self.map.areas.iter().filter(|area| lets_vehicles_in(area)) {
+            let doors = self.doors(area);
+            let open = |leads_in: bool| doors.iter().filter(move |door| door.is_open && door.leads_in == leads_in);
+            ways.extend(open(true).flat_map(|into| open(false).map(move |out| [into.lane, out.lane])));
+        }
+        ways
+    }
+
     /// The lanes that vehicles can leave into an area, and those onto which they can come from one.
     pub fn lanes_at_areas(&self) -> [BTreeSet<usize>; 2] {
         let mut lanes = [BTreeSet::new(), BTreeSet::new()];

@@ -94,13 +94,14 @@ fn islands(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links)
     findings
 }
 
-/// Lanes that hang together by followers and by what lies `beside`.
+/// Lanes that hang together by followers, over areas, and by what lies `beside`.
 fn parts(map: &MapIndex, lanes: &[usize], beside: impl Fn(usize) -> Vec<usize>) -> Vec<Vec<usize>> {
     let mut groups = UnionFind::new(map.lanes.len());
     for &at in lanes {
         let others = map.followers(at).iter().copied().chain(beside(at));
         others.filter(|&other| map.lanes[other].vehicle).for_each(|other| groups.join(at, other));
     }
+    map.ways_over_areas().into_iter().for_each(|[from, to]| groups.join(from, to));
     let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for &at in lanes {
         parts.entry(groups.root(at)).or_default().push(at);
