@@ -22,6 +22,7 @@ mod merge;
 mod outcome;
 mod output;
 mod packaging;
+mod planner;
 mod project;
 mod report_page;
 mod split;
@@ -75,6 +76,7 @@ enum Verb {
     #[command(subcommand)]
     Project(project::ProjectVerb),
     Stats(stats::StatsArgs),
+    Planner(planner::PlannerArgs),
     View(view::ViewArgs),
     /// Show what a rule requires, why, and how to mend a map that breaks it
     Explain {
@@ -128,6 +130,7 @@ impl Verb {
             Self::Diff(args) => vec![&args.old, &args.new],
             Self::Project(verb) => vec![verb.map()],
             Self::Stats(args) => vec![&args.map],
+            Self::Planner(args) => vec![&args.map],
             Self::View(args) => vec![&args.map],
             _ => Vec::new(),
         }
@@ -190,6 +193,7 @@ fn run_verb(verb: Verb) -> Result<u8, Failure> {
         Verb::Project(verb) => project::run(&verb),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
+        Verb::Planner(args) => planner::run(&args),
         Verb::View(args) => view::run(args),
         Verb::Explain { rule } => explain::explain(&rule),
         Verb::Rules { profile, format } => explain::rules(profile, format),

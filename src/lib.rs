@@ -45,6 +45,7 @@ pub mod lanelet;
 pub mod osm;
 #[warn(clippy::indexing_slicing)]
 mod parallel;
+pub mod planner;
 pub mod projection;
 pub mod report;
 #[warn(clippy::indexing_slicing)]

@@ -13,6 +13,7 @@ mod divided;
 mod error;
 pub(crate) mod files;
 mod fixed;
+mod forecasts;
 mod join;
 mod judge;
 pub(crate) mod layout;
@@ -40,6 +41,8 @@ pub use error::{Error, ErrorKind};
 pub use fixed::{EditedFile, Edits, FixOptions, Fixed};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::{mended, undivided};
+pub(crate) use forecasts::forecasts;
+pub use forecasts::{Along, forecast};
 pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;

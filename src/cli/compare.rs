@@ -61,7 +61,7 @@ pub fn run(args: &DrawArgs, old: &Path, new: &Path) -> Result<u8, Failure> {
             beside(&side(before, &shapes_before, old), &side(after, &shapes_after, new), view)
         }
         (Version::Map(before), Version::Map(after)) if before.projector == after.projector => {
-            let options = Options { focus, scale: args.scale, ids: args.ids, title: String::new() };
+            let options = Options { focus, scale: args.scale, ids: args.ids, ..Options::default() };
             let view = draw::view(&after.map, &options).map_err(stage::failure)?;
             let [left, right] = [before, after].map(|version| draw::svg_of(&version.map, &[], view, &options));
             beside(&left, &right, view)

@@ -12,7 +12,7 @@ use super::draw_args::DrawArgs;
 use super::output::{self, Progress};
 use super::{compare, gallery, stage};
 use crate::api::files;
-use crate::api::{Loaded, judged};
+use crate::api::{Along, Loaded, forecasts, judged};
 use crate::rules::Config;
 
 /// Draws the map into a file.
@@ -39,11 +39,15 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let loaded = Loaded::read(map, &Default::default())?;
     progress.next("checking");
     // Strokes have no place for findings; `check --format geojson` has.
-    let unfound = args.no_findings || as_what == Format::GeoJson;
+    let unfound = args.no_findings || as_what == Format::GeoJson || !args.planner.is_empty();
     let found = if unfound { Vec::new() } else { judged(&loaded, &Config::from(&loaded.settings))? };
     progress.next("drawing");
-    let options =
-        Options { focus: args.focus(&loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };
+    let forecasts = match args.planner.is_empty() {
+        true => Vec::new(),
+        false => forecasts(&loaded, &Along::Lanelets(args.planner.clone()), &args.parameters.read()?)?,
+    };
+    let title = map.display().to_string();
+    let options = Options { focus: args.focus(&loaded)?, scale: args.scale, ids: args.ids, title, forecasts };
     let picture = match as_what {
         Format::Svg => draw::svg(&loaded.map, &found, &options).map(String::into_bytes),
         Format::Png => draw::png(&loaded.map, &found, &options),

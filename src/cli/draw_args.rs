@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use crate::api::Loaded;
+use crate::lanelet::LaneletId;
+use crate::lanelet::index::extent;
 use crate::projection::LonLat;
 use crate::report::draw::Focus;
 use crate::report::failure::Failure;
 
 use super::args::{output_file, place};
+use super::planner::ParameterArgs;
 use clap::{Args, ValueEnum};
 
 /// Draw a Lanelet2 map as SVG or PNG, with its findings, or its lines as GeoJSON; or the steps of `build`
@@ -33,8 +36,8 @@ pub struct DrawArgs {
     /// Draw what lies around this place
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, conflicts_with = "around")]
     pub at: Option<(f64, f64)>,
-    /// How far around the place, metres
-    #[arg(long, value_name = "M", requires = "at", default_value_t = 60.0)]
+    /// How far around the place, or the lanelet of --planner, metres
+    #[arg(long, value_name = "M", default_value_t = 60.0)]
     pub radius: f64,
     /// Draw what lies around the primitive with this id; of a stage, around an OpenStreetMap node or way
     #[arg(long, value_name = "ID", allow_hyphen_values = true)]
@@ -48,6 +51,11 @@ pub struct DrawArgs {
     /// Leave out the findings of `check`
     #[arg(long)]
     pub no_findings: bool,
+    /// Draw what Autoware's planner will do on this lanelet, without the findings: whom it watches and ignores, where it stops
+    #[arg(long, value_name = "ID", allow_hyphen_values = true, conflicts_with_all = ["stage", "compare"])]
+    pub planner: Vec<i64>,
+    #[command(flatten)]
+    pub parameters: ParameterArgs,
 }
 
 impl DrawArgs {
@@ -55,6 +63,11 @@ impl DrawArgs {
     pub fn focus(&self, loaded: &Loaded) -> Result<Focus, Failure> {
         if let Some(id) = self.around {
             return Ok(Focus::Primitive(id));
+        }
+        if let (None, Some(&id)) = (self.at, self.planner.first()) {
+            let outline = loaded.map.lanelets.get(LaneletId(id)).map(|lanelet| loaded.map.outline(lanelet));
+            let [low, high] = extent(&outline.unwrap_or_default());
+            return Ok(Focus::Around(nalgebra::center(&low, &high), self.radius));
         }
         let Some((lat, lon)) = self.at else { return Ok(Focus::Whole) };
         let place = loaded.projector.forward(LonLat { lon, lat }, 0.0).ok_or_else(|| {

@@ -108,7 +108,7 @@ impl<'a> Pictures<'a> {
         let title = args.map.as_ref().map_or_else(String::new, |map| map.display().to_string());
         if stage == StageArg::Movements {
             let map = map.get_or_init(|| build_plan((*plan).clone()).map);
-            let options = Options { focus, scale: args.scale, ids: args.ids, title };
+            let options = Options { focus, scale: args.scale, ids: args.ids, title, ..Options::default() };
             return draw::svg(map, &[], &options).map_err(failure);
         }
         let view = view(plan, focus, args.scale)?;

@@ -20,6 +20,7 @@ pub mod json;
 pub mod junit;
 mod known_words;
 pub mod patch;
+pub mod planner;
 mod prose;
 pub mod sarif;
 mod source;

@@ -44,8 +44,9 @@ pub fn ids(canvas: &mut Canvas, map: &LaneletMap) {
 }
 
 /// Draws the scale bar, and beside it the hues that occur and how many findings the picture shows.
-pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic]) {
-    let mut entries: Vec<(String, String)> = Vec::new();
+pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], more: &[(&str, &str)]) {
+    let mut entries: Vec<(String, String)> =
+        more.iter().map(|(class, words)| ((*class).to_owned(), (*words).to_owned())).collect();
     for turn in [TurnDirection::Left, TurnDirection::Straight, TurnDirection::Right] {
         if map.lanelets.iter().any(|l| style::turn(&l.attributes) == Some(turn)) {
             entries.push((format!("swatch {}", turn.as_str()), turn.as_str().to_owned()));

@@ -5,6 +5,7 @@ mod findings;
 mod lanes;
 mod legend;
 mod lettering;
+mod planner;
 mod signals;
 pub mod sketch;
 mod strokes;
@@ -19,6 +20,7 @@ pub use strokes::geojson;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+use crate::planner::Forecast;
 
 /// Length of a picture's longer side in pixels, where no scale is asked for.
 const COMFORTABLE_SIDE: f64 = 1800.0;
@@ -54,6 +56,8 @@ pub struct Options {
     pub ids: bool,
     /// What stands in the title.
     pub title: String,
+    /// What Autoware's planner will do, to be drawn on top.
+    pub forecasts: Vec<Forecast>,
 }
 
 /// Why there is no picture.
@@ -125,16 +129,23 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
     layer(&mut canvas, "arrows", |c| lanes::arrows(c, map));
     layer(&mut canvas, "signals", |c| signals::signals(c, map));
     layer(&mut canvas, "findings", |c| findings::findings(c, map, diagnostics));
+    if !options.forecasts.is_empty() {
+        layer(&mut canvas, "planner", |c| planner::forecasts(c, map, &options.forecasts));
+    }
     if options.ids {
         layer(&mut canvas, "ids", |c| legend::ids(c, map));
     }
-    layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics));
+    let more: &[_] = if options.forecasts.is_empty() { &[] } else { &planner::MEANINGS };
+    layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics, more));
     let mut style = style::sheet(canvas.view.scale);
     if canvas.shows(style::YELLOW) {
         style += style::YELLOW_PAINT;
     }
     if canvas.shows(style::PASSAGE) {
         style += style::PASSAGE_GROUND;
+    }
+    if !options.forecasts.is_empty() {
+        style += planner::STYLE;
     }
     canvas.finish(&style, &options.title)
 }
