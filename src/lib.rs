@@ -7,7 +7,8 @@
 //! floor 4   main, cli                                 arguments in, exit code out
 //! floor 3   builder | rules | triage | fix | report   six wings that never meet
 //!           cells
-//! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
+//! floor 2   planner                                   what Autoware's planner will do with a map
+//!           lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
 //! floor 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
 //! ```

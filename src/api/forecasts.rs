@@ -1,6 +1,5 @@
 //! What Autoware's planner will do with a map.
 
-use crate::geometry::polygon::contains;
 use crate::lanelet::index::view::View;
 use crate::planner::{Forecast, NoRoute, Params, RoadNetwork};
 use crate::projection::LonLat;
@@ -74,10 +73,7 @@ fn chosen(loaded: &Loaded, network: &RoadNetwork<'_, '_>, along: &Along) -> Resu
                 Failure::new(format!("the projection {name} of this map does not reach {lat},{lon}"))
                     .help("use --lanelet ID")
             })?;
-            let near = network.view.near([spot, spot], 0.0).into_iter().filter(|&at| network.graph.passes(at));
-            let there =
-                near.filter(|&at| network.view.lanelets.get(at).is_some_and(|one| contains(&one.outline, spot)));
-            let there: Vec<usize> = there.collect();
+            let there = network.at(spot);
             let turning: Vec<usize> = there.iter().copied().filter(turns).collect();
             match (turning.is_empty(), there.is_empty()) {
                 (false, _) => Ok((turning, Vec::new())),

@@ -71,7 +71,7 @@ pub struct Lines {
     pub default_stop: Option<DefaultStop>,
     /// How far it creeps to see more; only with `occlusion.enable`.
     pub peeking: Option<Front>,
-    /// Beyond it, at the speed limit, the vehicle does not stop for traffic any more.
+    /// Beyond it, at the speed limit, the vehicle does not stop for traffic any more; `None` farther back than the path was followed.
     pub pass_judge: Option<Front>,
     /// Metres that braking from the speed limit takes.
     pub braking: f64,
@@ -152,8 +152,8 @@ fn attention_lines(network: &RoadNetwork<'_, '_>, path: &Path, ring: &[Point], l
             lines.peeking = Some(path.front(peeking, params));
         }
     }
-    let judged = path.back(first, lines.braking + params.pass_judge_line_margin).unwrap_or(0);
-    lines.pass_judge = Some(path.front(judged, params));
+    let judged = path.back(first, lines.braking + params.pass_judge_line_margin);
+    lines.pass_judge = judged.map(|at| path.front(at, params));
 }
 
 /// Where the rear axle stands if the front is at the stop line that a road marking of the lanelet names.

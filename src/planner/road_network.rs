@@ -1,6 +1,7 @@
 //! The lanelets of a map as Autoware's routing graph for vehicles connects them.
 
-use crate::geometry::Polyline;
+use crate::geometry::polygon::contains;
+use crate::geometry::{Point, Polyline};
 use crate::lanelet::index::center_line;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View};
@@ -43,6 +44,12 @@ impl<'v, 'm> RoadNetwork<'v, 'm> {
     pub fn lanelet(&self, id: i64) -> Result<usize, NoRoute> {
         let at = self.view.position(LaneletId(id)).ok_or(NoRoute::NoSuchLanelet(id))?;
         if self.graph.passes(at) { Ok(at) } else { Err(NoRoute::NotForVehicles(id)) }
+    }
+
+    /// The lanelets for vehicles that lie at a place, in file order.
+    pub fn at(&self, place: Point) -> Vec<usize> {
+        let near = self.view.near([place, place], 0.0).into_iter();
+        near.filter(|&at| self.graph.passes(at) && contains(&self.seen(at).outline, place)).collect()
     }
 
     /// The shortest way between two lanelets without changing lanes, both included.

@@ -24,6 +24,7 @@ mod malformed_input;
 mod mirror_image;
 mod official_findings;
 mod official_maps;
+mod planner_attention;
 mod projections;
 mod routes;
 mod rules;

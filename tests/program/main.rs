@@ -16,6 +16,7 @@ mod interrupted;
 mod pbf;
 #[path = "../fault_injection/pbf.rs"]
 mod pbf_fields;
+mod planner;
 mod small_inputs;
 mod tier4;
 mod tiles;

@@ -1,7 +1,9 @@
 //! What Autoware's planner will do on a lanelet, as a layer of the picture.
 
 use super::canvas::Canvas;
-use crate::geometry::Point;
+use super::lettering;
+use crate::geometry::{Point, Vector};
+use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::{LaneletId, LaneletMap};
 use crate::planner::{Forecast, Front};
 
@@ -87,13 +89,17 @@ fn lines(canvas: &mut Canvas, forecast: &Forecast) {
         canvas.line("plan-line", &[left, right], what);
         canvas.line(class, &[left, right], what);
     }
-    let mut taken: Vec<Point> = Vec::new();
+    let mut taken: Vec<[Point; 2]> = Vec::new();
     for (front, _, what) in &marks {
-        let [left, right] = wide(front);
-        let places = [left, right].map(|end| canvas.view.pixel(end));
-        let crowd = taken.iter().filter(|known| (*known - places[0]).norm() < 3.0 * LETTER).count();
-        taken.push(places[0]);
-        canvas.words("found", left, LIFT + crowd as f64 * (LETTER + 4.0), what, LETTER);
+        let [left, _] = wide(front);
+        let half = Vector::new(lettering::width(what, LETTER) / 2.0 + 3.0, LETTER / 2.0 + 2.0);
+        let at = canvas.view.pixel(left);
+        let boxed = |lift: f64| [at - Vector::new(0.0, lift) - half, at - Vector::new(0.0, lift) + half];
+        let lifts = (0..=marks.len()).map(|i| LIFT + i as f64 * (LETTER + 5.0));
+        let free = |lift: &f64| taken.iter().all(|&other| !boxes_meet(other, boxed(*lift)));
+        let lift = lifts.clone().find(free).unwrap_or(LIFT);
+        taken.push(boxed(lift));
+        canvas.words("found", left, lift, what, LETTER);
     }
 }
 
