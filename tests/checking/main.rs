@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
 mod area_doors;
+mod areas;
 mod autoware_names;
 #[path = "../common/mod.rs"]
 mod common;
