@@ -15,7 +15,7 @@ use crate::geometry::{Point, Vector, left_of};
 use super::map_layout::Layout;
 
 /// Additional lanes reach this far, metres, behind the cut of a road, ...
-const LENGTH: f64 = 45.0;
+pub(super) const LENGTH: f64 = 45.0;
 /// ... or over this share of a shorter road, ...
 const SHARE: f64 = 0.6;
 /// ... which has at least this length, metres, between its cuts.
@@ -79,10 +79,16 @@ fn missing_lanes(layout: &Layout, at: &Intersection, to: usize, pairs: &[[usize;
     lacking.max().unwrap_or(0)
 }
 
-/// Where additional lanes of a road end: distance along its line from the end at the intersection, metres. `None` where the road is too
-/// short, is part of a roundabout or has a lane for both directions, and where something on it belongs to the intersection that would
-/// lie behind their end.
+/// Where additional lanes of a road end: distance along its line from the end at the intersection, metres. `None` where
+/// [`divisible`] gives none.
 fn length(layout: &Layout, at: RoadEnd) -> Option<f64> {
+    divisible(layout, at, LENGTH.min(SHARE * layout.left(at.road)))
+}
+
+/// The distance along the line of a road from one of its ends to a place so many metres behind its cut there, if its number of lanes may
+/// change there. `None` where the road is too short, is part of a roundabout or has a lane for both directions, and where something on
+/// it belongs to the intersection that would lie behind that place.
+pub(super) fn divisible(layout: &Layout, at: RoadEnd, behind: f64) -> Option<f64> {
     let network = &layout.network;
     let road = network.road(at.road);
     let both = road.section.driven().any(|(_, strip)| strip.travel == Travel::Both);
@@ -93,7 +99,7 @@ fn length(layout: &Layout, at: RoadEnd) -> Option<f64> {
     }
     let whole = [0.0, road.line.length()];
     let cut = from_cut(whole, at.end, layout.lines.kept[at.road][at.end]);
-    let length = cut + LENGTH.min(SHARE * left);
+    let length = cut + behind;
     let far_node = road.node(at.end.other());
     let is_clear = road.features.iter().filter(|feature| feature.node != far_node).all(|feature| {
         let depth = from_cut(whole, at.end, feature.station);

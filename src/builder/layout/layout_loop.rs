@@ -23,9 +23,11 @@ use crate::builder::streets::consolidate::{
 };
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::builder::streets::lane_drop::{LaneDrop, with_lane_drops};
+use crate::builder::streets::lane_opening::{LaneOpening, with_lane_openings};
 use crate::diagnostic::Finding;
 
 use super::lane_drops::{added_lanes, lane_drops};
+use super::lane_openings::{closed_lanes, lane_openings};
 use super::map_layout::Layout;
 use super::roads_inside::{
     crowded_intersections, ends_without_turns, half_served_ends, left_out, left_out_movements, road_inside,
@@ -142,6 +144,10 @@ impl LayoutLoop<'_> {
             let drops = lane_drops(&self.layout);
             if !drops.is_empty() {
                 return ControlFlow::Continue(self.with_lane_drops(&before, &drops));
+            }
+            let openings = lane_openings(&self.layout);
+            if !openings.is_empty() {
+                return ControlFlow::Continue(self.with_lane_openings(&before, &openings));
             }
         }
         if self.cut_at_stop_lines() {
@@ -291,7 +297,20 @@ impl LayoutLoop<'_> {
     fn with_lane_drops(mut self, before: &NetworkSnapshot, drops: &[LaneDrop]) -> Self {
         let network = std::mem::take(&mut self.layout.network);
         self.road_notes.extend(drops.iter().map(|drop| added_lanes(&network, drop)));
-        let (network, kept) = with_lane_drops(network, &self.kept, drops);
+        let changed = with_lane_drops(network, &self.kept, drops);
+        self.with_other_ends(before, changed)
+    }
+
+    /// Closes lanes at the beginnings and ends of roads, and draws what that changes. Merges of before stay.
+    fn with_lane_openings(mut self, before: &NetworkSnapshot, openings: &[LaneOpening]) -> Self {
+        let network = std::mem::take(&mut self.layout.network);
+        self.road_notes.extend(openings.iter().map(|opening| closed_lanes(&network, opening)));
+        let changed = with_lane_openings(network, &self.kept, openings);
+        self.with_other_ends(before, changed)
+    }
+
+    /// Draws what divided roads change.
+    fn with_other_ends(mut self, before: &NetworkSnapshot, (network, kept): (RoadNetwork, Vec<Stations>)) -> Self {
         let diff = NetworkDiff::between(before, &network);
         (self.unmerged, self.merged) = (None, Vec::new());
         self.redrawn((before, &diff), (network, kept), &BTreeSet::new())

@@ -1,6 +1,7 @@
 //! Room 10: lanes and intersections are laid out until no lanelet runs over the end of another road's lane.
 
 mod lane_drops;
+mod lane_openings;
 pub mod layout_loop;
 pub mod map_layout;
 mod roads_inside;

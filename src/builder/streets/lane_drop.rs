@@ -12,7 +12,7 @@ use crate::geometry::{Point, Polyline};
 use super::consolidate::network_edit::NetworkEdit;
 
 /// Corners of a line that is moved sideways are mitred up to this many times the distance.
-const MITER_LIMIT: f64 = 2.0;
+pub(super) const MITER_LIMIT: f64 = 2.0;
 
 /// More lanes at one end of a road.
 #[derive(Clone, Copy, Debug)]
@@ -55,19 +55,30 @@ fn outer_lane(road: &Road, side: DrivingSide, end: End) -> Option<(usize, &Strip
 #[must_use]
 pub fn with_lane_drops(network: RoadNetwork, kept: &[Stations], drops: &[LaneDrop]) -> (RoadNetwork, Vec<Stations>) {
     let side = network.side;
+    let changes = drops.iter().map(|drop| ((drop.at, drop.length), move |road: &mut Road| widen(road, side, drop)));
+    with_other_ends(network, kept, changes)
+}
+
+/// The network in which the ends of some roads over a length, metres, are roads of their own, and changed. `kept` as in
+/// [`with_lane_drops`]. At most one end of each road is changed.
+pub(super) fn with_other_ends<F: Fn(&mut Road) -> Option<()>>(
+    network: RoadNetwork,
+    kept: &[Stations],
+    changes: impl Iterator<Item = ((RoadEnd, f64), F)>,
+) -> (RoadNetwork, Vec<Stations>) {
     let mut stations: FxHashMap<RoadKey, Stations> =
         network.roads.iter().map(|road| road.key).zip(kept.iter().copied()).collect();
     let mut edit = NetworkEdit::new(network);
-    for drop in drops {
-        let road = edit.road(drop.at.road);
-        let Some((position, pieces)) = divided(road, side, drop) else { continue };
-        let cut = kept.get(drop.at.road.position()).copied().unwrap_or([0.0, road.line.length()]);
+    for ((at, near), change) in changes {
+        let road = edit.road(at.road);
+        let Some((position, pieces)) = divided(road, (at.end, near), change) else { continue };
+        let cut = kept.get(at.road.position()).copied().unwrap_or([0.0, road.line.length()]);
         let behind = road.line.length() - cut[1];
         let [first, second] = pieces.each_ref().map(|piece| (piece.key, piece.line.length()));
         let node = first.0.last;
         stations.insert(first.0, [cut[0], first.1]);
         stations.insert(second.0, [0.0, second.1 - behind]);
-        edit.divide(drop.at.road, pieces, (node, position));
+        edit.divide(at.road, pieces, (node, position));
     }
     let network = edit.finish();
     let kept = network.roads.iter().map(|road| stations.get(&road.key).copied().unwrap_or([0.0, road.line.length()]));
@@ -75,22 +86,26 @@ pub fn with_lane_drops(network: RoadNetwork, kept: &[Stations], drops: &[LaneDro
     (network, kept)
 }
 
-/// The two pieces of a road along its line, of which the one at the intersection has more lanes, and the place between them. `None` if
-/// a piece would have no length, or the road has no lane in that direction.
-fn divided(road: &Road, side: DrivingSide, drop: &LaneDrop) -> Option<(Point, [Road; 2])> {
+/// The two pieces of a road along its line, of which the one over a length, metres, from an end is changed, and the place between them.
+/// `None` if a piece would have no length, or cannot be changed.
+fn divided(
+    road: &Road,
+    (end, near): (End, f64),
+    change: impl Fn(&mut Road) -> Option<()>,
+) -> Option<(Point, [Road; 2])> {
     let length = road.line.length();
-    let (near, station) = match drop.at.end {
-        End::Start => (0, drop.length),
-        End::End => (1, length - drop.length),
+    let (changed, station) = match end {
+        End::Start => (0, near),
+        End::End => (1, length - near),
     };
     let RoadKey { way, first, last, turn } = road.key;
     let key = Key::new("lane drop").number(way).number(first).number(last).number(i64::from(turn));
-    let node = key.number(drop.at.end.index() as i64).new_node();
+    let node = key.number(end.index() as i64).new_node();
     let mut first = piece(road, [0.0, station])?;
     let mut second = piece(road, [station, length])?;
     (first.key.last, second.key.first) = (node, node);
     let mut pieces = [first, second];
-    widen(pieces.get_mut(near)?, side, drop)?;
+    change(pieces.get_mut(changed)?)?;
     Some((road.line.at(station), pieces))
 }
 
@@ -105,7 +120,7 @@ fn piece(road: &Road, [from, to]: Stations) -> Option<Road> {
 }
 
 /// The heights of a road at the points of a line along it, metres; empty where the road has none.
-fn heights_along(road: &Road, line: &Polyline) -> Vec<f64> {
+pub(super) fn heights_along(road: &Road, line: &Polyline) -> Vec<f64> {
     let stations = road.line.stations();
     if road.heights.len() != stations.len() {
         return Vec::new();

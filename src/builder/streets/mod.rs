@@ -4,6 +4,7 @@ pub mod alignment;
 pub mod consolidate;
 pub mod heights;
 pub mod lane_drop;
+pub mod lane_opening;
 pub mod outline;
 pub mod snap_grid;
 

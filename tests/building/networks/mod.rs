@@ -4,6 +4,7 @@
 mod bridges;
 mod crossing_lights;
 mod inside;
+mod lane_openings;
 mod lanes;
 mod loose_ends;
 mod mid_block_lights;
