@@ -5,7 +5,7 @@
 
 mod built;
 mod checked;
-mod config;
+pub(crate) mod config;
 #[cfg(feature = "cli")]
 mod converted;
 mod cut;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::api::{Checked, Loaded, read_baseline};
+use crate::api::{Checked, Loaded, config, load, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::{self, HarmlessJson, Next, Report, Totals, visible};
@@ -105,6 +105,7 @@ fn once(args: &CheckArgs, map: &Path) -> Result<u8, Failure> {
         return write_baseline(file, &checked);
     }
     let sorted = &checked.sorted;
+    tell_left_out(args, map);
     if args.format == FormatArg::Tier4 {
         return tier4::print(args, map, &checked.loaded, sorted);
     }
@@ -115,6 +116,17 @@ fn once(args: &CheckArgs, map: &Path) -> Result<u8, Failure> {
         return Ok(1);
     }
     Ok(report::exit_code(&sorted.left, args.fail_on.into()))
+}
+
+/// Says that findings may be explained by settings beside the map that were left out.
+fn tell_left_out(args: &CheckArgs, map: &Path) {
+    let beside = load::home(map).join(config::NAME);
+    if args.config.isolated && beside.is_file() {
+        output::complain(&format!(
+            "{} was left out (--isolated): what it says of this map explains some findings\n",
+            output::shown(&beside)
+        ));
+    }
 }
 
 fn print(args: &CheckArgs, map: &Path, checked: &Checked) -> Result<(), Failure> {

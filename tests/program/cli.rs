@@ -515,3 +515,16 @@ fn rules_are_listed_for_programs() {
     let validators: Vec<serde_json::Value> = serde_json::from_str(&told).unwrap();
     assert!(validators.iter().all(|one| one["name"].is_string() && one["code"].is_string()), "{told}");
 }
+
+#[test]
+fn settings_that_are_left_out_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_left.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    assert_eq!(lanewright(dir.path(), &["check", "map"]).exits(0).stderr, "");
+    let told = lanewright(dir.path(), &["check", "map", "--isolated"]).stderr;
+    assert_eq!(
+        told,
+        "map/lanewright.toml was left out (--isolated): what it says of this map explains some findings\n"
+    );
+}

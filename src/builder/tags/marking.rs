@@ -76,7 +76,8 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     if edge == kerb_left || edge == kerb_right {
         return Attributes::of(&[("type", "road_border")]);
     }
-    if [true, false].iter().any(|&left| kerb_of_track(section, tags, left) == Some(edge)) {
+    let is_track = [true, false].iter().any(|&left| kerb_of_track(section, tags, left) == Some(edge));
+    if is_track || lies_between_shoulders(section, edge) {
         return Attributes::of(&[("type", "road_border"), ("lane_change", "no")]);
     }
     let (paint, change, opposed) = match lanes_beside(section, edge) {
@@ -116,6 +117,12 @@ fn tell_change(marking: &mut Attributes, [to_right, to_left]: [bool; 2], inverte
 /// The Lanelet2 tags of a bound inside an intersection, where nothing is painted and vehicles keep their lane.
 pub fn unpainted() -> Attributes {
     Attributes::of(&[("type", "virtual"), ("lane_change", "no")])
+}
+
+/// Whether an edge parts two shoulders in the middle of a road: each ends there, at a barrier or a median without width.
+fn lies_between_shoulders(section: &CrossSection, edge: usize) -> bool {
+    let beside = [edge.checked_sub(1), Some(edge)].map(|at| at.and_then(|at| section.strips.get(at)));
+    beside.iter().all(|strip| strip.is_some_and(|strip| strip.kind == StripKind::Shoulder))
 }
 
 /// The edge of the kerb before a bicycle track on one side of a road.
@@ -315,6 +322,15 @@ mod tests {
         assert_eq!(painted("<=>", 0, &[], "US"), "solid_dashed yellow no");
         assert_eq!(painted("<=>", 1, &[], "US"), "dashed_solid yellow no");
         assert_eq!(painted("<>", 1, &[], "US"), "road_border");
+    }
+
+    #[test]
+    fn two_shoulders_in_the_middle_are_parted_by_a_border() {
+        let kinds = [StripKind::Shoulder, StripKind::Drive, StripKind::Shoulder];
+        let side = |travel| kinds.map(|kind| Strip::plain(kind, travel, 3.0, false));
+        let section = CrossSection { strips: [side(Travel::Backward), side(Travel::Forward)].concat() };
+        let kind = |edge| marking(&section, edge, &Tags::new(), Some("DE"), false).get("type").map(str::to_owned);
+        assert_eq!([2, 3, 4].map(kind).map(Option::unwrap), ["line_thin", "road_border", "line_thin"]);
     }
 
     #[test]
