@@ -100,8 +100,9 @@ fn run_opendrive(args: &BuildArgs, input: Input, options: &LayoutOptions, progre
     };
     drop(progress);
     let oddities = input::oddities(&map.built.notes, args.streets.guesses);
+    let undrawn = input::undrawn(&map.built.notes);
     output::tell(&args.output, &format!("{}{divided}", summary(args, &map.built)))?;
-    output::print(&oddities)?;
+    output::print(&format!("{oddities}{undrawn}"))?;
     Ok(CLEAN)
 }
 
