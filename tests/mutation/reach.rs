@@ -64,7 +64,6 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "side/inconsistent",
             "vm-07-01/short-approach",
             "vm-07-04/below-sea",
-            "node/ele-left-out",
             "vm-03-12/grade-separated-conflict",
         ],
     ),
