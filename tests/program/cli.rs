@@ -528,3 +528,43 @@ fn settings_that_are_left_out_are_told() {
         "map/lanewright.toml was left out (--isolated): what it says of this map explains some findings\n"
     );
 }
+
+#[test]
+fn the_picture_of_the_readme_is_fresh() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_right.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "crossing"]).exits(0);
+    lanewright(dir.path(), &["draw", "crossing", "-o", "crossing.svg"]).exits(0);
+    let drawn = fs::read_to_string(dir.path().join("crossing.svg")).unwrap();
+    assert!(is_fresh(&root().join("docs/crossing.svg"), &drawn), "LANEWRIGHT_UPDATE=1 draws it again");
+}
+
+/// A lane along the equator, across the meridian of Greenwich: MGRS would fold its ends, which lie in four squares, into one.
+#[test]
+fn a_map_across_squares_is_judged_under_another_projection() {
+    let dir = tempfile::tempdir().unwrap();
+    let node = |id, lat, lon| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\"><tag k=\"ele\" v=\"10\"/></node>");
+    let nodes = [node(1, 2e-5, -2e-4), node(2, 2e-5, 2e-4), node(3, -1e-5, -2e-4), node(4, -1e-5, 2e-4)].concat();
+    let ways = [(11, 1, 2), (12, 3, 4)]
+        .map(|(id, a, b)| {
+            let tags = "<tag k=\"type\" v=\"line_thin\"/><tag k=\"subtype\" v=\"solid\"/>";
+            format!("<way id=\"{id}\"><nd ref=\"{a}\"/><nd ref=\"{b}\"/>{tags}</way>")
+        })
+        .concat();
+    let members = "<member type=\"way\" role=\"left\" ref=\"11\"/><member type=\"way\" role=\"right\" ref=\"12\"/>";
+    let tags =
+        [("type", "lanelet"), ("subtype", "road"), ("location", "urban"), ("one_way", "yes"), ("speed_limit", "40")];
+    let tags = tags.map(|(key, value)| format!("<tag k=\"{key}\" v=\"{value}\"/>")).concat();
+    let text = format!(
+        "<osm><MetaInfo format_version=\"2\"/>{nodes}{ways}<relation id=\"21\">{members}{tags}</relation></osm>"
+    );
+    fs::write(dir.path().join("m.osm"), text).unwrap();
+    let told = lanewright(dir.path(), &["check", "m.osm", "--format", "concise"]).stdout;
+    assert!(
+        told.contains("projector/missing") && told.contains("30NZF") && told.contains("TransverseMercator"),
+        "{told}"
+    );
+    assert!(!told.contains("health/") && !told.contains("node/"), "nothing is torn: {told}");
+    let told = lanewright(dir.path(), &["project", "infer", "m.osm"]).stdout;
+    assert!(told.contains("projector_type: TransverseMercator") && !told.contains("-0.0\n"), "{told}");
+}

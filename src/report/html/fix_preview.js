@@ -5,7 +5,7 @@ const ghosts = { shown: true };
 on('start', () => {
   KEYS.push([['g'], 'What fixes would change', toggleGhosts]);
   on('overlay', drawGhosts);
-  on('chips', () => (state.report.ghosts.length ? [chip(plural(state.report.ghosts.length, 'ghost'), ghosts.shown, toggleGhosts, {
+  on('chips', () => (state.report.ghosts.length ? [chip(plural(state.report.ghosts.length, 'fix preview'), ghosts.shown, toggleGhosts, {
     title: 'What `lanewright fix` would change, dashed on the map (g)',
   })] : []));
   on('card', ghostCard);
@@ -17,11 +17,20 @@ function toggleGhosts() {
   ask();
 }
 
+/** The previews of the chosen finding's fix alone, or else of all findings that the list shows. */
+function wantedGhosts() {
+  if (!ghosts.shown) return [];
+  const all = state.report.ghosts;
+  if (state.finding) return all.filter((ghost) => ghost.mends.includes(state.finding.number));
+  const listed = new Set((state.shown ?? []).map((finding) => finding.number));
+  return all.filter((ghost) => !ghost.mends.length || ghost.mends.some((number) => listed.has(number)));
+}
+
 function drawGhosts({ pen, colours }) {
   const { ratio } = pen.frame;
   const [minX, maxY] = toWorld(0, 0), [maxX, minY] = toWorld(view.width, view.height);
   let drawn = 0;
-  for (const ghost of ghosts.shown ? state.report.ghosts : []) {
+  for (const ghost of wantedGhosts()) {
     const box = ghost.box ??= ghost.shape.reduce((sum, [, points]) => { for (const [x, y] of points) grow(sum, x, y); return sum; }, emptyBox());
     if (box[0] > maxX || box[1] > maxY || box[2] < minX || box[3] < minY) continue;
     const main = state.finding && ghost.mends.includes(state.finding.number);

@@ -35,12 +35,12 @@ function followLink() {
 /** What each key does: [keys, words, action]. */
 const KEYS = [
   [['j', 'n'], 'Next finding', () => stepFinding(1)],
-  [['k', 'p'], 'Finding before', () => stepFinding(-1)],
+  [['k', 'p'], 'Previous finding', () => stepFinding(-1)],
   [['Enter'], 'Go to what is chosen', () => flyToChoice()],
   [['/'], 'Filter by text', () => { showTab('findings'); byId('search').focus(); byId('search').select(); }],
-  [['Escape'], 'Let go; then leave the drawn area', letGo],
-  [['+', '='], 'Closer', () => zoomAt(1.5)],
-  [['-'], 'Farther', () => zoomAt(1 / 1.5)],
+  [['Escape'], 'Deselect; then leave the drawn area', letGo],
+  [['+', '='], 'Zoom in', () => zoomAt(1.5)],
+  [['-'], 'Zoom out', () => zoomAt(1 / 1.5)],
   [['f'], 'Whole map', () => showBox(usualBox(state.index))],
   [['a'], 'Draw an area whose findings are shown (or drag with Shift)', () => armArea()],
   [['v'], 'Only findings in view', () => { state.filter.inView = !state.filter.inView; filter(); }],

@@ -56,7 +56,7 @@ function findingCard(finding) {
     finding.measure && make('p', { class: 'measure' }, make('b', {}, amount(finding.measure[0], finding.measure[2])),
       ` measured, limit ${amount(finding.measure[1], finding.measure[2])}`),
     finding.help && make('p', { class: 'advice' }, finding.help),
-    finding.fix && make('p', { class: 'advice fix' }, make('b', {}, 'By machine: '), finding.fix),
+    finding.fix && make('p', { class: 'advice fix' }, make('b', {}, 'Fix: '), finding.fix),
     finding.subject && make('ul', { class: 'related' }, make('li', {}, swatch(colours[finding.severity]), make('span', { class: 'part' }, 'subject'), reference(finding.subject))),
     related.childElementCount ? related : null,
     ...asked('card', { finding }),
