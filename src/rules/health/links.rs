@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, cross};
@@ -175,7 +175,7 @@ impl<'m> Links<'m> {
     fn find_wide_gaps(&mut self, params: &Params, moves: &RoutingMoves) {
         let map = self.map;
         let loose = |end: bool| if end { &map.settings.loose_ends.ends } else { &map.settings.loose_ends.starts };
-        let is_loose = |&at: &usize, end: bool| {
+        let is_loose = |at: usize, end: bool| {
             let next = if end { map.followers(at) } else { map.predecessors(at) };
             next.is_empty()
                 && is_street(map, at)
@@ -183,10 +183,12 @@ impl<'m> Links<'m> {
                 && is_alone(moves, at)
                 && !is_turning_place(map, params, at, end)
         };
+        // Asked once for each lane: many may end near where many start.
+        let ending: FxHashSet<usize> = self.lanes().filter(|&x| !self.ends.contains(&x) && is_loose(x, true)).collect();
         let mut found: Vec<(f64, f64, usize, usize)> = Vec::new();
-        for y in self.lanes().filter(|y| !self.starts.contains(y) && is_loose(y, false)) {
+        for y in self.lanes().filter(|&y| !self.starts.contains(&y) && is_loose(y, false)) {
             let before = self.ending_near(params, y, params.wide_gap);
-            let open = before.into_iter().filter(|x| !self.ends.contains(x) && is_loose(x, true));
+            let open = before.into_iter().filter(|x| ending.contains(x));
             let nearest = open.filter_map(|x| Some((self.bend(params, x, y)?, x))).min_by(|a, b| a.0.total_cmp(&b.0));
             found.extend(nearest.map(|(length, x)| (length, params.wide_gap, x, y)));
         }

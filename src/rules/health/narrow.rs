@@ -1,6 +1,8 @@
 //! Lanes outside intersections in which no car fits. Inside, vm-03-03 says it.
 
 use crate::diagnostic::{Finding, Place};
+use crate::geometry::line_index::LineIndex;
+use crate::geometry::{Point, Polyline};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 use crate::rules::routing_moves::RoutingMoves;
@@ -11,6 +13,8 @@ use super::params::{Params, subject};
 const STEP: f64 = 1.0;
 /// Widths are told to this, metres.
 const EXACT: f64 = 0.01;
+/// A border of no more points than this is looked through for each place.
+const FEW: usize = 32;
 /// A lane that opens or closes does so within so many lanelets.
 const MOST_PIECES: usize = 8;
 
@@ -28,7 +32,8 @@ fn too_narrow(map: &MapIndex, params: &Params, moves: &RoutingMoves, at: usize) 
     let [left, right] = [lane.border(0)?, lane.border(1)?];
     let middle = lane.center.as_ref()?.resampled(STEP);
     let fits = |width: f64| width >= params.least_width - EXACT;
-    let widths: Vec<f64> = middle.points().iter().map(|&p| left.distance(p) + right.distance(p)).collect();
+    let of = |border: &Polyline| distances(border, middle.points());
+    let widths: Vec<f64> = of(&left).into_iter().zip(of(&right)).map(|(left, right)| left + right).collect();
     if widths.iter().all(|&width| fits(width)) {
         return None;
     }
@@ -46,6 +51,15 @@ fn too_narrow(map: &MapIndex, params: &Params, moves: &RoutingMoves, at: usize) 
     let message = format!("Lane {} is {least:.2} m wide; a car needs {} m.", lane.id, params.least_width);
     let finding = Finding::new("narrow", subject(map, at), message).measured(least, params.least_width, "m");
     Some(finding.at(Place::Point(place)))
+}
+
+/// How far a border is from each place, metres.
+fn distances(border: &Polyline, places: &[Point]) -> Vec<f64> {
+    if border.points().len() <= FEW {
+        return places.iter().map(|&place| border.distance(place)).collect();
+    }
+    let index = LineIndex::new(border);
+    places.iter().map(|&place| index.distance(place)).collect()
 }
 
 /// Whether a lane opens at its start, or closes at its end: it is narrower there, nothing leads on, and a lane lies beside it that
