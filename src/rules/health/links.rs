@@ -72,11 +72,11 @@ impl<'m> Links<'m> {
             let lane = &map.lanes[x];
             x != y
                 && lane.vehicle
-                && !lane.reverses()
-                && map.movement(x).is_none()
                 && lane.end.ids != start.ids
                 && (lane.end.middle() - start.middle()).norm() <= reach
                 && lane.heading_out().zip(heading).is_some_and(|(a, b)| turn(a, b) <= params.straight_on)
+                && map.movement(x).is_none()
+                && !lane.reverses()
         };
         near.into_iter().filter(fits).collect()
     }
@@ -205,12 +205,11 @@ impl<'m> Links<'m> {
         let sideways = (turns[0] - turns[1]).abs() / 2.0 * way.norm();
         let half = a.end.across().norm().min(b.start.across().norm()) / 2.0;
         let is_ahead = turns.iter().all(|turn| turn.abs().to_degrees() <= params.straight_on);
+        if !is_ahead || sideways > half || !self.map.are_ends_level(&a.end, &b.start) {
+            return None;
+        }
         let line = Polyline::new([a.end.middle(), b.start.middle()])?;
-        (is_ahead
-            && sideways <= half
-            && self.map.are_ends_level(&a.end, &b.start)
-            && !is_covered(self.map, params, &line))
-        .then(|| way.norm())
+        (!is_covered(self.map, params, &line)).then(|| way.norm())
     }
 
     /// Pieces of road of which the borders are there and the lanelet is not.

@@ -40,8 +40,11 @@ pub fn is_turning_place(map: &MapIndex, params: &Params, at: usize, end: bool) -
     let reach = Vector::repeat(params.turning_place);
     map.lanes_near(place - reach, place + reach).into_iter().any(|at| {
         let other = &map.lanes[at];
-        let (edge, onward) = if end { (other.start, other.heading_in()) } else { (other.end, other.heading_out()) };
-        let back = heading.zip(onward).is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() >= BACK);
-        other.vehicle && back && (edge.middle() - place).norm() <= params.turning_place && is_open(map, at, end)
+        let edge = if end { other.start } else { other.end };
+        if !other.vehicle || (edge.middle() - place).norm() > params.turning_place || !is_open(map, at, end) {
+            return false;
+        }
+        let onward = if end { other.heading_in() } else { other.heading_out() };
+        heading.zip(onward).is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() >= BACK)
     })
 }
