@@ -121,65 +121,67 @@ impl<'m> Holes<'m> {
     /// The missing pieces behind the end of a lane, or before its start.
     fn behind(&self, at: usize, forward: bool) -> Vec<Hole> {
         let lane = &self.map.lanes[at];
-        let (edge, heading, next) = match forward {
-            true => (lane.end, lane.heading_out(), self.map.followers(at)),
-            false => (lane.start, lane.heading_in().map(|heading| -heading), self.map.predecessors(at)),
+        let (edge, heading) = match forward {
+            true => (lane.end, lane.heading_out()),
+            false => (lane.start, lane.heading_in().map(|heading| -heading)),
         };
         let Some(heading) = heading.filter(|_| !self.is_closed(edge.ids)) else { return Vec::new() };
-        let along = if forward { heading } else { -heading };
         let [left, right] = edge.ids.map(|id| self.onward(id, heading, &lane.bounds));
-        let mut holes = Vec::new();
-        for a in &left {
-            for b in &right {
-                let lines = [a.line, b.line];
-                if a.line == b.line || a.end == b.end || self.used.contains(&[a.line.min(b.line), a.line.max(b.line)]) {
-                    continue;
-                }
-                let ids = [a.end, b.end];
-                let beyond = if forward { self.map.starting_at(ids) } else { self.map.ending_at(ids) };
-                let beyond = beyond.iter().copied().find(|&other| other != at && self.is_road(other));
-                let idle = lines.iter().filter(|line| !self.bounds.contains(line)).count();
-                // The border of the ground of an intersection leads from road to road without a lane along it.
-                let is_ground =
-                    |line: &LineStringId| !self.bounds.contains(line) && self.is_of_type(*line, "road_border");
-                let back: &[usize] = match beyond {
-                    Some(beyond) if forward => self.map.predecessors(beyond),
-                    Some(beyond) => self.map.followers(beyond),
-                    None => &[],
-                };
-                if !(next.is_empty() && back.is_empty()) && idle < 2 && lines.iter().any(is_ground) {
-                    continue;
-                }
-                // Between lanes that go straight on, a lane that only turns leaves ground that looks like a lane.
-                if !next.is_empty() && idle == 0 {
-                    continue;
-                }
-                if beyond.is_none() && !self.may_lead_out((at, along), next, [a, b], idle) {
-                    continue;
-                }
-                let sure = idle == 2 && beyond.is_some();
-                let Some(center) = self.is_a_lane(&edge, a, b, if sure { SURE_WIDTHS } else { WIDTHS }) else {
-                    continue;
-                };
-                let driven = if forward { center.clone() } else { center.reversed() };
-                // Other ways on from the one lane, and other ways into the other, begin and end on the same ground. What leads from the
-                // one to the other is the piece itself, drawn with copies of its borders.
-                let does_not_count = |other: usize| match [next.contains(&other), back.contains(&other)] {
-                    _ if idle == 0 || beyond.is_none() => false,
-                    [true, true] => false,
-                    [one, two] => sure || one || two,
-                };
-                // Where other ways on from the lane count, they cover the ground near it.
-                let most = if beyond.is_none() && !next.is_empty() { COVERED_AT_FORKS } else { COVERED };
-                if covered(self.map, self.params, &driven, does_not_count) > most {
-                    continue;
-                }
-                let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };
-                let outline = a.points.iter().chain(b.points.iter().rev()).copied().collect();
-                holes.push(Hole { before, after, lines, outline, length: center.length() });
-            }
+        let pairs = left.iter().flat_map(|a| right.iter().map(move |b| [a, b]));
+        pairs.filter_map(|pair| self.between((at, heading), forward, pair)).collect()
+    }
+
+    /// The missing piece between two lines that run on behind the end of a lane, or before its start; the lane is given with the
+    /// direction of the lines.
+    fn between(&self, (at, heading): (usize, Vector), forward: bool, [a, b]: [&Onward; 2]) -> Option<Hole> {
+        let lane = &self.map.lanes[at];
+        let (edge, next, along) = match forward {
+            true => (lane.end, self.map.followers(at), heading),
+            false => (lane.start, self.map.predecessors(at), -heading),
+        };
+        let lines = [a.line, b.line];
+        if a.line == b.line || a.end == b.end || self.used.contains(&[a.line.min(b.line), a.line.max(b.line)]) {
+            return None;
         }
-        holes
+        let ids = [a.end, b.end];
+        let beyond = if forward { self.map.starting_at(ids) } else { self.map.ending_at(ids) };
+        let beyond = beyond.iter().copied().find(|&other| other != at && self.is_road(other));
+        let idle = lines.iter().filter(|line| !self.bounds.contains(line)).count();
+        // The border of the ground of an intersection leads from road to road without a lane along it.
+        let is_ground = |line: &LineStringId| !self.bounds.contains(line) && self.is_of_type(*line, "road_border");
+        let back: &[usize] = match beyond {
+            Some(beyond) if forward => self.map.predecessors(beyond),
+            Some(beyond) => self.map.followers(beyond),
+            None => &[],
+        };
+        if !(next.is_empty() && back.is_empty()) && idle < 2 && lines.iter().any(is_ground) {
+            return None;
+        }
+        // Between lanes that go straight on, a lane that only turns leaves ground that looks like a lane.
+        if !next.is_empty() && idle == 0 {
+            return None;
+        }
+        if beyond.is_none() && !self.may_lead_out((at, along), next, [a, b], idle) {
+            return None;
+        }
+        let sure = idle == 2 && beyond.is_some();
+        let center = self.is_a_lane(&edge, a, b, if sure { SURE_WIDTHS } else { WIDTHS })?;
+        let driven = if forward { center.clone() } else { center.reversed() };
+        // Other ways on from the one lane, and other ways into the other, begin and end on the same ground. What leads from the
+        // one to the other is the piece itself, drawn with copies of its borders.
+        let does_not_count = |other: usize| match [next.contains(&other), back.contains(&other)] {
+            _ if idle == 0 || beyond.is_none() => false,
+            [true, true] => false,
+            [one, two] => sure || one || two,
+        };
+        // Where other ways on from the lane count, they cover the ground near it.
+        let most = if beyond.is_none() && !next.is_empty() { COVERED_AT_FORKS } else { COVERED };
+        if covered(self.map, self.params, &driven, does_not_count) > most {
+            return None;
+        }
+        let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };
+        let outline = a.points.iter().chain(b.points.iter().rev()).copied().collect();
+        Some(Hole { before, after, lines, outline, length: center.length() })
     }
 
     /// Whether two lines beyond a lane, of which so many bound no lanelet, may be the borders of a lane that leads to none. The lane is
