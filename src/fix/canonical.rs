@@ -8,7 +8,7 @@
 use std::fmt::{self, Write};
 
 use quick_xml::XmlVersion;
-use quick_xml::escape::escape;
+use quick_xml::escape::partial_escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
@@ -203,7 +203,12 @@ fn head(tag: &BytesStart<'_>, first: &[&str], defaults: &[(&str, &str)]) -> Kept
         let degrees = matches!(key.as_str(), "lat" | "lon").then(|| value.trim().parse::<f64>().ok()).flatten();
         let value = match degrees.filter(|degrees| degrees.is_finite()) {
             Some(degrees) => format!("{:.DECIMALS$}", degrees + 0.0),
-            None => escape(value.as_str()).replace('\n', "&#10;").replace('\r', "&#13;").replace('\t', "&#9;"),
+            // An apostrophe stands as it is, as in what `build` writes.
+            None => partial_escape(value.as_str())
+                .replace('"', "&quot;")
+                .replace('\n', "&#10;")
+                .replace('\r', "&#13;")
+                .replace('\t', "&#9;"),
         };
         let _ = write!(text, " {key}=\"{value}\"");
     }
@@ -224,7 +229,7 @@ mod tests {
 <!-- of our town -->
 <MetaInfo format_version='1' map_version='2'/>
  <relation id='5'><tag k='one_way' v='yes'/><member type='way' role='left' ref='4'/><tag k="subtype" v="road"/><tag k="type" v="lanelet"/></relation>
- <way id='4' version='7' user='a &amp; b'><nd ref='2'/><nd ref='-1'/>
+ <way id='4' version='7' user='a &amp; &quot;b&quot;&apos;s'><nd ref='2'/><nd ref='-1'/>
    <note>by hand</note></way>
  <node id='2' lat='1.5' lon='-0'/>
  <node lon='2' lat='' id='-1'><tag k='ele' v='0.10'/><tag k='local_x' v='a&#10;b'/></node>
@@ -240,7 +245,7 @@ mod tests {
     <tag k="ele" v="0.10"/>
   </node>
   <node id="2" version="1" lat="1.50000000000" lon="0.00000000000"/>
-  <way id="4" version="7" user="a &amp; b">
+  <way id="4" version="7" user="a &amp; &quot;b&quot;'s">
     <nd ref="2"/>
     <nd ref="-1"/>
     <note>by hand</note>
