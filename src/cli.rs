@@ -126,7 +126,7 @@ impl Verb {
             Self::Fix(args) => vec![&args.map],
             Self::Fmt(args) => vec![&args.map],
             Self::Split(args) => vec![&args.map],
-            Self::Merge(args) => args.maps.iter().map(PathBuf::as_path).collect(),
+            Self::Merge(args) => args.maps.iter().chain(&args.base).map(PathBuf::as_path).collect(),
             Self::Diff(args) => vec![&args.old, &args.new],
             Self::Project(verb) => vec![verb.map()],
             Self::Stats(args) => vec![&args.map],

@@ -5,8 +5,8 @@
 //!
 //! ```text
 //! floor 4   main, cli                                 arguments in, exit code out
-//! floor 3   builder | rules | triage | fix | report   six wings that never meet
-//!           cells
+//! floor 3   builder | rules | triage | fix | report   wings that never meet
+//!           tiles | cells | three_way
 //! floor 2   planner                                   what Autoware's planner will do with a map
 //!           lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
@@ -58,6 +58,7 @@ pub mod settings;
 pub mod terrain;
 #[warn(clippy::indexing_slicing)]
 pub mod text;
+pub mod three_way;
 #[warn(clippy::indexing_slicing)]
 pub mod tiles;
 #[warn(clippy::indexing_slicing)]

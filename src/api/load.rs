@@ -57,10 +57,19 @@ impl Loaded {
                 (settings, opened)
             }
         };
-        let opened = opened.map_err(|error| ErrorKind::Read.error(open_failure(error)))?;
+        opened.map_err(|error| ErrorKind::Read.error(open_failure(error))).map(|opened| Self::of(opened, settings))
+    }
+
+    /// A map of one file from its text, with what stands beside it.
+    pub(super) fn of_text(name: &str, text: String, info: ProjectorInfo, settings: Settings) -> Result<Self, Error> {
+        let opened = open_bytes(name, text.into_bytes(), info, projector(&settings));
+        opened.map_err(|error| ErrorKind::Read.error(open_failure(error))).map(|opened| Self::of(opened, settings))
+    }
+
+    fn of(opened: Opened, settings: Settings) -> Self {
         let opened = in_squares(opened, &settings);
         let Opened { osm, files, projector, info, divided, loaded: FromOsm { map, faults }, .. } = opened;
-        Ok(Self { osm, files, map, faults, projector, info, settings, divided })
+        Self { osm, files, map, faults, projector, info, settings, divided }
     }
 
     /// Whether the files can be mended where they are: cells and packed files are not edited.

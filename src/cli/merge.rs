@@ -1,31 +1,66 @@
-//! `merge`: cells or several maps in, one map out.
+//! `merge`: cells or several maps in, one map out; with `--base`, two versions of a map in, and one with what both have changed out.
 
-use std::path::PathBuf;
+use std::io::{Error, Write};
+use std::path::{Path, PathBuf};
 
-use crate::api::{Joined, merge};
+use crate::api::{Joined, MergeOptions, MergedMap, merge, merge_versions};
+use crate::diagnostic::{Severity, Subject};
 use crate::report::failure::Failure;
+use crate::report::{HarmlessJson, sentence, visible_lines};
+use crate::three_way::{Conflict, Taken};
 
-use super::args::CLEAN;
+use super::args::{CLEAN, output_file};
 use super::input;
 use super::output::{self, Progress};
-use clap::Args;
+use clap::{Args, ValueEnum};
+use serde::Serialize;
 
-/// Put the cells of a divided map together again, or several maps into one
+/// Put the cells of a divided map together, or several maps into one; or merge what two versions of a map have changed
 #[derive(Debug, Args)]
+#[command(
+    after_help = "With --base, exit code 1 if something contradicts, or is wrong that was right on both sides; docs/merge.md"
+)]
 pub struct MergeArgs {
-    /// Maps: .osm files, single cells, directories of .osm files, or map directories, divided or not
+    /// Maps: .osm files, single cells, directories of .osm files, or map directories, divided or not; with --base OURS and THEIRS
     #[arg(required = true)]
     pub maps: Vec<PathBuf>,
-    /// Directory for lanelet2_map.osm and copies of map_projector_info.yaml and lanewright.toml; made if it is not there
-    #[arg(short, long, value_name = "DIR")]
+    /// Directory for lanelet2_map.osm and copies of map_projector_info.yaml and lanewright.toml; made if it is not there. With
+    /// --base and maps that are files, a file
+    #[arg(short, long, value_name = "DIR", value_parser = output_file)]
     pub output: PathBuf,
     /// Give elements other ids that share theirs with another element of a map before
     #[arg(long)]
     pub renumber: bool,
+    /// What both versions were made from: merges by element and meaning what each has changed
+    #[arg(long, value_name = "MAP", conflicts_with = "renumber")]
+    pub base: Option<PathBuf>,
+    /// Where the map belongs, where that is not where ours is, as for git: the settings and the projector file beside it count
+    #[arg(long, value_name = "FILE", requires = "base")]
+    pub path: Option<PathBuf>,
+    /// Do not look for findings that neither version has
+    #[arg(long, requires = "base")]
+    pub no_check: bool,
+    /// How it is told what came of it
+    #[arg(long, value_enum, default_value_t = MergeFormat::Text, requires = "base")]
+    pub format: MergeFormat,
 }
+
+/// How a merge is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MergeFormat {
+    #[default]
+    Text,
+    Json,
+}
+
+/// Exit code where somebody has to look at the result.
+const CONFLICTS: u8 = 1;
 
 /// Puts the maps together and says what came of it.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
+    if let Some(base) = &args.base {
+        return run_versions(args, base);
+    }
     let progress = Progress::start("reading");
     let joined = merge(&args.maps, &args.output, args.renumber, &|doing| progress.next(doing))?;
     drop(progress);
@@ -38,4 +73,109 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     }
     output::tell(&args.output, &text)?;
     Ok(CLEAN)
+}
+
+/// Merges two versions and says what contradicts.
+fn run_versions(args: &MergeArgs, base: &Path) -> Result<u8, Failure> {
+    let [ours, theirs] = &args.maps[..] else {
+        return Err(Failure::new(format!("--base merges two versions, and {} are given", args.maps.len()))
+            .help("lanewright merge --base BASE OURS THEIRS -o OUT"));
+    };
+    let progress = Progress::start("reading");
+    let options = MergeOptions { place: args.path.clone(), unchecked: args.no_check, ..MergeOptions::default() };
+    let merged = merge_versions([base, ours, theirs], &options, &|doing| progress.next(doing))?;
+    progress.next("writing");
+    merged.write(&args.output)?;
+    drop(progress);
+    let of = args.path.as_deref().unwrap_or(&args.output);
+    output::print_beside(Some(&args.output), |out| match args.format {
+        MergeFormat::Text => out.write_all(visible_lines(&text(of, &merged)).as_bytes()),
+        MergeFormat::Json => {
+            let told = Told::of(&merged);
+            writeln!(HarmlessJson::new(out), "{}", serde_json::to_string_pretty(&told).map_err(Error::other)?)
+        }
+    })?;
+    Ok(if merged.needs_a_look() { CONFLICTS } else { CLEAN })
+}
+
+/// What came of a merge, for people: what was merged, new ids, what contradicts, what is found that neither side had.
+pub fn text(of: &Path, map: &MergedMap) -> String {
+    let Taken { added, changed, combined, removed } = map.merged.taken;
+    let mut text = String::new();
+    if !output::is_quiet() {
+        let counts = [
+            (added, "element added", "elements added"),
+            (changed, "element changed", "elements changed"),
+            (combined, "element changed by both", "elements changed by both"),
+            (removed, "element removed", "elements removed"),
+        ];
+        let counts: Vec<_> = counts.into_iter().filter(|(count, ..)| *count > 0).collect();
+        text += &format!("{}\n{}", output::shown(of), input::counts(&counts));
+        if counts.is_empty() {
+            text += "  nothing to merge\n";
+        }
+    }
+    for (subject, new) in &map.merged.renumbered {
+        text += &format!("{subject} of theirs is {new} now, because ours has another one of that id\n");
+    }
+    for conflict in &map.conflicts {
+        text += &conflict.text();
+    }
+    for found in map.new_findings.iter().filter(|found| found.severity > Severity::Info) {
+        text += &format!("new {}[{}]: {}\n", found.severity, found.code, sentence(found));
+    }
+    let infos = map.new_findings.iter().filter(|found| found.severity == Severity::Info).count();
+    if infos > 0 {
+        text += &format!("{} that neither side had\n", crate::text::counted(infos, "info"));
+    }
+    let conflicts = map.conflicts.len();
+    if conflicts > 0 {
+        text += &format!("{}; the result says what is marked\n", crate::text::counted(conflicts, "conflict"));
+    }
+    text
+}
+
+/// What came of a merge, for programs.
+#[derive(Serialize)]
+struct Told<'a> {
+    schema_version: u32,
+    taken: Taken,
+    conflicts: &'a [Conflict],
+    renumbered: Vec<Renumbered>,
+    new_findings: Vec<NewFinding<'a>>,
+}
+
+#[derive(Serialize)]
+struct Renumbered {
+    subject: Subject,
+    new_id: i64,
+}
+
+#[derive(Serialize)]
+struct NewFinding<'a> {
+    code: &'a str,
+    severity: Severity,
+    subject: Subject,
+    message: &'a str,
+    at: Option<crate::projection::LonLat>,
+}
+
+impl<'a> Told<'a> {
+    fn of(map: &'a MergedMap) -> Self {
+        let renumbered = map.merged.renumbered.iter().map(|&(subject, new_id)| Renumbered { subject, new_id });
+        let found = map.new_findings.iter().map(|found| NewFinding {
+            code: &found.code,
+            severity: found.severity,
+            subject: found.finding.subject,
+            message: &found.finding.message,
+            at: found.lonlat,
+        });
+        Self {
+            schema_version: 1,
+            taken: map.merged.taken,
+            conflicts: &map.conflicts,
+            renumbered: renumbered.collect(),
+            new_findings: found.collect(),
+        }
+    }
 }

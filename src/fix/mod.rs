@@ -3,7 +3,6 @@
 
 mod attempt;
 mod canonical;
-mod element;
 mod error_counts;
 mod fixes_by_place;
 mod harmful_fixes;

@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use super::element::{Child, Element};
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
+use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, OsmData, Tags};
 
 use claims::{Claim, Claims};

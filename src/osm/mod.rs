@@ -6,6 +6,7 @@
 mod copies;
 mod digits;
 mod edit;
+pub mod element;
 mod error;
 mod limits;
 mod load;

@@ -4,7 +4,7 @@ use super::TextEdits;
 use super::keys::key_of;
 use super::references::AREA;
 use crate::diagnostic::Subject;
-use crate::fix::element::{Child, Element};
+use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Text};
 
 impl TextEdits<'_> {

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use super::TextEdits;
 use super::claims::{Claim, Part};
 use crate::diagnostic::{CutPlace, Division, LaneletCut, WayCut};
-use crate::fix::element::{Child, Element};
+use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Tags};
 
 /// Tags of a node that lie between those of its neighbours.

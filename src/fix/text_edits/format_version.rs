@@ -5,7 +5,7 @@ use quick_xml::reader::Reader;
 
 use super::TextEdits;
 use crate::diagnostic::SourceSpan;
-use crate::fix::element::Element;
+use crate::osm::element::Element;
 
 /// The element that says it, a child of the root.
 const META_INFO: &str = "MetaInfo";

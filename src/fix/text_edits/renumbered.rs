@@ -6,8 +6,8 @@ use super::TextEdits;
 use super::keys::{Key, key_of};
 use super::references::NAMING;
 use crate::diagnostic::{SourceSpan, Subject};
-use crate::fix::element::Child;
 use crate::osm::ElementKind;
+use crate::osm::element::Child;
 
 impl TextEdits<'_> {
     /// Gives one element of this id another one, and says so in those that refer to it: in all, or in these.

@@ -5,7 +5,7 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use crate::osm::{ElementKind, attribute, fixed};
+use super::{ElementKind, attribute, fixed};
 
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
@@ -242,15 +242,21 @@ impl Element {
 
     /// Replaces all vertices by these, where the first one was.
     pub fn set_vertices(&mut self, points: &[i64]) {
-        let is_vertex = |item: &Item| matches!(item.child, Child::Vertex(_));
-        let at = self.items.iter().position(is_vertex).unwrap_or(0);
+        self.exchange(|child| matches!(child, Child::Vertex(_)), points.iter().map(|&point| Child::Vertex(point)));
+    }
+
+    /// Replaces all members by these, where the first one was.
+    pub fn set_members<'m>(&mut self, members: impl Iterator<Item = (ElementKind, i64, &'m str)>) {
+        let members = members.map(|(kind, id, role)| Child::Member(kind, id, role.to_owned()));
+        self.exchange(|child| matches!(child, Child::Member(..)), members);
+    }
+
+    fn exchange(&mut self, which: impl Fn(&Child) -> bool, children: impl Iterator<Item = Child>) {
+        let at = self.items.iter().position(|item| which(&item.child)).unwrap_or(0);
         let lead = self.lead();
-        self.items.retain(|item| !is_vertex(item));
-        let vertices = points.iter().map(|&point| {
-            let child = Child::Vertex(point);
-            Item { lead: lead.clone(), text: child_text(&child), child, vertex: None }
-        });
-        self.items.splice(at..at, vertices);
+        self.items.retain(|item| !which(&item.child));
+        let children = children.map(|child| Item { lead: lead.clone(), text: child_text(&child), child, vertex: None });
+        self.items.splice(at..at, children);
     }
 
     /// Turns the order of the vertices around; blanks and line ends stay where they are.
