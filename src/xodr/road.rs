@@ -139,6 +139,11 @@ impl Section {
 
     /// The offset from the reference line of the outer border of a lane at a station, metres, to the left; 0 is the centre lane.
     pub fn offset(&self, road: &Road, border: i64, station: f64) -> f64 {
+        self.offset_of_wide(road, border, station, |_| f64::NEG_INFINITY)
+    }
+
+    /// The same where lanes are taken to be no narrower than `least` says of them, metres.
+    pub fn offset_of_wide(&self, road: &Road, border: i64, station: f64, least: impl Fn(i64) -> f64) -> f64 {
         let pick = self.pick(station);
         let centre = road.lane_offset.at(station, pick);
         let (own, own_pick) = (station - self.span[0], pick - self.span[0]);
@@ -148,11 +153,14 @@ impl Section {
         let mut inside: Vec<&Lane> = self.lanes.iter().filter(inner_first).collect();
         inside.sort_by_key(|lane| lane.id.abs());
         for lane in inside {
-            if !lane.widths.is_empty() {
-                at += side * lane.widths.at(own, own_pick);
+            let width = if !lane.widths.is_empty() {
+                lane.widths.at(own, own_pick)
             } else if !lane.borders.is_empty() {
-                at = centre + side * lane.borders.at(own, own_pick).abs();
-            }
+                lane.borders.at(own, own_pick).abs() - side * (at - centre)
+            } else {
+                0.0
+            };
+            at += side * width.max(least(lane.id));
         }
         at
     }

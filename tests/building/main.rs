@@ -12,6 +12,7 @@ mod heights;
 mod lane_stitching;
 mod networks;
 mod opendrive;
+mod opendrive_lanes;
 mod pictures;
 mod quality;
 mod random_towns;

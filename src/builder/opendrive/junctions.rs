@@ -23,8 +23,8 @@ use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::{JOINING, center_line};
 use crate::lanelet::right_of_way::{Mover, Turn};
 use crate::lanelet::{Attributes, PointId, TurnDirection};
-use crate::settings::IntersectionSettings;
-use crate::xodr::{Junction, JunctionKind};
+use crate::settings::{IntersectionSettings, LooseEnds};
+use crate::xodr::{Junction, JunctionKind, RoadLink};
 
 use super::lane_use::LaneUse;
 use super::scene::{Drawn, DrawnLane, Scene, note};
@@ -39,6 +39,8 @@ pub struct Made {
     pub notes: Vec<Finding>,
     /// What the map format cannot express.
     pub settings: Vec<IntersectionSettings>,
+    /// Lanes that the file links to nothing.
+    pub loose_ends: LooseEnds,
     /// The lanelets, by index, that lie in an area.
     pub in_area: BTreeSet<usize>,
     /// For each approach of an area that has lights, the lanelets, by index, that begin there.
@@ -68,7 +70,7 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, drawn: &Drawn, furniture: 
     let lanes = Lanes { lanes: drawn.lanes.iter().map(|lane| road_lane(scene, lane)).collect(), ..Lanes::default() };
     let mut by_junction: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (at, lane) in drawn.lanes.iter().enumerate().filter(|(_, lane)| lane.used.is_driven()) {
-        if let Some(junction) = &scene.road(lane.stretch).junction {
+        if let Some(junction) = &scene.road(lane.stretch()).junction {
             by_junction.entry(junction.as_str()).or_default().push(at);
         }
     }
@@ -82,7 +84,7 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, drawn: &Drawn, furniture: 
 
 fn road_lane(scene: &Scene, lane: &DrawnLane) -> RoadLane {
     RoadLane {
-        road: RoadIx::new(scene.stretches[lane.stretch].road),
+        road: RoadIx::new(scene.road_of(lane)),
         strip: 0,
         backward: lane.direction < 0,
         lanelet: lane.lanelet,
@@ -117,7 +119,7 @@ impl<'a> Site<'a> {
         let ending = |lane: usize, leads_in: bool| -> Ending {
             let lane = &drawn.lanes[lane];
             let end = if leads_in { lane.exit() } else { lane.entry() };
-            (scene.stretches[lane.stretch].road, end.far)
+            (scene.road_of(lane), end.far)
         };
         let mut endings: Vec<Ending> =
             around.iter().flat_map(|(_, [from, to])| [ending(*from, true), ending(*to, false)]).collect();
@@ -276,6 +278,7 @@ impl<'a> Site<'a> {
             let cut = assembly.positions(&arms[arm].cut);
             made.notes.push(note("lane-end-inside", junction.line, message).at(Place::Line(cut)));
         }
+        self.loose_ends(junction, made);
         let name = id.0.to_string();
         for path in &self.paths {
             if let Some(attributes) = assembly.attributes_mut(path.lanelet) {
@@ -304,6 +307,42 @@ impl<'a> Site<'a> {
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
         made.settings.extend(intersection_settings::settings(id, &names, &[], &movers));
+    }
+
+    /// Names the lanes that the file leads to the junction and links to nothing there, and the directions of lanes for both in which
+    /// nothing leads on.
+    fn loose_ends(&self, junction: &Junction, made: &mut Made) {
+        let mut around = self.endings.clone();
+        for (index, road) in self.scene.file.roads.iter().enumerate() {
+            for (side, link) in road.links.iter().enumerate() {
+                let leads = matches!(link, Some(RoadLink::Junction(id)) if *id == junction.id);
+                around.extend(leads.then_some((index, side == 1)));
+            }
+        }
+        around.sort_unstable();
+        around.dedup();
+        for (road, far) in around {
+            let Some(last) = self.scene.cut[road].stretches.len().checked_sub(1) else { continue };
+            let stretch = self.scene.first[road] + if far { last } else { 0 };
+            for (at, lane) in self.drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven()) {
+                let ends = lane.exit().far == far;
+                let end = if ends { lane.exit() } else { lane.entry() };
+                let turned = |other: &DrawnLane| other.pieces == lane.pieces && other.direction != lane.direction;
+                let both_ways = self.drawn.on(stretch).any(|(_, other)| turned(other));
+                let goes_on = if ends { &self.drawn.next[at] } else { &self.drawn.back[at] };
+                if self.drawn.linked.contains(&end) && !(both_ways && goes_on.is_empty()) {
+                    continue;
+                }
+                let list = if ends { &mut made.loose_ends.ends } else { &mut made.loose_ends.starts };
+                list.insert(lane.lanelet.0);
+                let (lane, road) = (end.lane, &self.scene.file.roads[road].id);
+                let message = match ends {
+                    true => format!("junction {} leads nowhere from lane {lane} of road {road}", junction.id),
+                    false => format!("junction {} leads from nowhere to lane {lane} of road {road}", junction.id),
+                };
+                made.notes.push(note("opendrive-link", junction.line, message));
+            }
+        }
     }
 
     /// Whether vehicles cross, or turn off while others go on.

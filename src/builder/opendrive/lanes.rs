@@ -5,18 +5,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::diagnostic::{Finding, Severity};
 use crate::settings::{BesideSettings, BicycleLanes};
-use crate::xodr::{Lane, Place, Road};
+use crate::xodr::{Lane, Road};
 
 use super::contacts::{Contact, LaneEnd, contacts, is_micro};
 use super::lane_use::LaneUse;
 use super::lines::{Lines, One, SideRun, StretchLanes};
-use super::nodes::{BorderEnd, Nodes, sides};
-use super::scene::{Drawn, Scene, note};
+use super::nodes::{EndNodes, Nodes, sides};
+use super::runs::runs;
+use super::scene::{Drawn, Piece, Scene, note};
+use super::stretches::ONE_BORDER;
 
-/// A lane that is narrower than this everywhere, metres, is none: exporters leave some beside others.
+/// A way through a junction that is narrower than this everywhere, metres, is none.
 const NO_WIDTH: f64 = 0.3;
-/// Borders closer than this everywhere, metres, are one.
-const ONE_BORDER: f64 = 0.02;
 /// The speed limit where a file says none, km/h: the usual one in towns.
 const UNSAID_SPEED: f64 = 50.0;
 /// Speed limits of lanes for bicycles and of shoulders, km/h.
@@ -83,42 +83,73 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
         meeting.entry(b).or_default().push(a);
     }
     let mut lines = Lines::new(scene, &ends);
-    for stretch in stretches {
-        let road = scene.road(stretch);
-        for (lane, used) in &lanes[stretch].driven {
-            let limit = road.speed(scene.section(stretch), lane, scene.middle(stretch)).unwrap_or(UNSAID_SPEED);
-            let borders = sides(lane.id);
-            for &direction in road.directions(lane) {
-                let ends = [direction < 0, direction > 0].map(|far| LaneEnd { stretch, far, lane: lane.id });
-                if lane.both_ways
-                    && scene.connecting[scene.stretches[stretch].road]
-                    && !leads_through(scene, &meeting, ends)
-                {
-                    let message = format!(
-                        "lane {} of road {} is driven both ways, but leads nowhere in one direction, in which it is left out",
-                        lane.id, road.id
-                    );
-                    drawn.notes.push(note("opendrive-link", road.line, message));
-                    continue;
-                }
-                let back = direction != road.directions(lane)[0];
-                let one = One { stretch, lane: lane.id, direction, used: *used, limit, back };
-                lines.lanelet(assembly, &mut drawn, &lanes[stretch], borders, one);
-            }
+    for index in 0..scene.file.roads.len() {
+        for pieces in runs(scene, &lanes, (&ends, &meeting), index) {
+            way(&mut lines, assembly, &mut drawn, (&lanes, &meeting), pieces);
         }
-        for run in &lanes[stretch].sides {
-            let [inner, outer] = run.borders();
-            let borders = if outer > 0 { [outer, inner] } else { [inner, outer] };
-            let beside = lanes[stretch].driven.iter().find(|(lane, _)| lane.id == run.beside());
-            let direction = beside.map_or(1, |(lane, _)| road.directions(lane)[0]);
-            let limit = if run.used == LaneUse::Bicycles { CYCLING } else { CRAWLING };
-            let one = One { stretch, lane: run.lanes[1], direction, used: run.used, limit, back: false };
-            lines.lanelet(assembly, &mut drawn, &lanes[stretch], borders, one);
+        let first = scene.first[index];
+        for stretch in first..first + scene.cut[index].stretches.len() {
+            strips(&mut lines, assembly, &mut drawn, &lanes, stretch);
         }
     }
     unsaid_speeds(scene, &lanes, &mut drawn.notes);
     follow(&mut drawn, &found.all);
     drawn
+}
+
+/// Adds the lanelets of a way along a road, one for each direction.
+fn way(
+    lines: &mut Lines,
+    assembly: &mut MapBuilder,
+    drawn: &mut Drawn,
+    (lanes, meeting): (&[StretchLanes], &BTreeMap<LaneEnd, Vec<LaneEnd>>),
+    pieces: Vec<Piece>,
+) {
+    let scene = lines.scene;
+    let Some((begin, end)) = pieces.first().zip(pieces.last()).map(|(begin, end)| (*begin, *end)) else { return };
+    let middle = pieces[pieces.len() / 2];
+    let road = scene.road(begin.stretch);
+    if pieces.iter().all(|piece| width(scene, piece.stretch, road, piece.lane) < NO_WIDTH) {
+        return;
+    }
+    let Some((lane, used)) = lanes[middle.stretch].driven.iter().find(|(lane, _)| lane.id == middle.lane) else {
+        return;
+    };
+    let limit = road.speed(scene.section(middle.stretch), lane, scene.middle(middle.stretch)).unwrap_or(UNSAID_SPEED);
+    let borders: Vec<[i64; 2]> = pieces.iter().map(|piece| sides(piece.lane)).collect();
+    let mut directions = Vec::new();
+    for &direction in road.directions(lane) {
+        let ends = [direction < 0, direction > 0].map(|far| {
+            let Piece { stretch, lane } = if far { end } else { begin };
+            LaneEnd { stretch, far, lane }
+        });
+        let inside = scene.connecting[scene.stretches[begin.stretch].road];
+        if lane.both_ways && inside && !leads_through(scene, meeting, ends) {
+            let message = format!(
+                "lane {} of road {} is driven both ways, but leads nowhere in one direction, in which it is left out",
+                lane.id, road.id
+            );
+            drawn.notes.push(note("opendrive-link", road.line, message));
+            continue;
+        }
+        directions.push((direction, direction != road.directions(lane)[0]));
+    }
+    lines.lanelets(assembly, drawn, lanes, One { pieces, borders, directions, used: *used, limit });
+}
+
+/// Adds the lanelets of the strips beside the driven lanes of a stretch.
+fn strips(lines: &mut Lines, assembly: &mut MapBuilder, drawn: &mut Drawn, lanes: &[StretchLanes], stretch: usize) {
+    let road = lines.scene.road(stretch);
+    for run in &lanes[stretch].sides {
+        let [inner, outer] = run.borders();
+        let borders = vec![if outer > 0 { [outer, inner] } else { [inner, outer] }];
+        let beside = lanes[stretch].driven.iter().find(|(lane, _)| lane.id == run.beside());
+        let direction = beside.map_or(1, |(lane, _)| road.directions(lane)[0]);
+        let limit = if run.used == LaneUse::Bicycles { CYCLING } else { CRAWLING };
+        let pieces = vec![Piece { stretch, lane: run.lanes[1] }];
+        let directions = vec![(direction, false)];
+        lines.lanelets(assembly, drawn, lanes, One { pieces, borders, directions, used: run.used, limit });
+    }
 }
 
 /// Whether a lane is reached and left in a direction: of one that is driven both ways in a junction, often only one direction is.
@@ -150,13 +181,9 @@ fn unsaid_speeds(scene: &Scene, lanes: &[StretchLanes], notes: &mut Vec<Finding>
 
 /// The lanes of a stretch that become lanelets.
 fn used<'a>(scene: &'a Scene, stretch: usize) -> Vec<(&'a Lane, LaneUse)> {
-    if is_micro(&scene.cut[scene.stretches[stretch].road]) {
-        return Vec::new();
-    }
-    let road = scene.road(stretch);
-    let lanes = scene.section(stretch).lanes.iter().map(|lane| (lane, LaneUse::of(lane)));
-    let wide = |lane: &Lane| width(scene, stretch, road, lane.id) >= NO_WIDTH;
-    lanes.filter(|(lane, used)| used.is_driven() && wide(lane)).collect()
+    let it = scene.stretches[stretch];
+    let lanes = scene.section(stretch).lanes.iter().filter(|lane| it.driven.contains(&lane.id));
+    if is_micro(&scene.cut[it.road]) { Vec::new() } else { lanes.map(|lane| (lane, LaneUse::of(lane))).collect() }
 }
 
 /// The strips beside the driven lanes that become lanelets: shoulders with parked cars, and lanes for bicycles.
@@ -197,7 +224,7 @@ fn meeting_ends(
     lanes: &[StretchLanes],
     contacts: &[Contact],
     notes: &mut Vec<Finding>,
-) -> BTreeMap<BorderEnd, (BorderEnd, Place)> {
+) -> EndNodes {
     let mut nodes = Nodes::default();
     for (stretch, borders) in all_borders.iter().enumerate() {
         let inside = scene.road(stretch).junction.is_some();
@@ -222,16 +249,28 @@ fn meeting_ends(
 
 /// Finds which lanes follow which.
 fn follow(drawn: &mut Drawn, contacts: &[Contact]) {
+    let mut leaving: BTreeMap<LaneEnd, Vec<usize>> = BTreeMap::new();
+    let mut entering: BTreeMap<LaneEnd, Vec<usize>> = BTreeMap::new();
+    for (at, lane) in drawn.lanes.iter().enumerate() {
+        leaving.entry(lane.exit()).or_default().push(at);
+        entering.entry(lane.entry()).or_default().push(at);
+    }
     drawn.next = vec![Vec::new(); drawn.lanes.len()];
     drawn.back = drawn.next.clone();
+    let driven = |end: LaneEnd| {
+        drawn.on(end.stretch).any(|(_, lane)| lane.piece_on(end.stretch).is_some_and(|it| it.lane == end.lane))
+    };
+    let linked = contacts.iter().map(|contact| contact.ends).filter(|ends| ends.iter().all(|end| driven(*end)));
+    drawn.linked = linked.flatten().collect();
     for contact in contacts {
         for [a, b] in [contact.ends, [contact.ends[1], contact.ends[0]]] {
-            let leaving = drawn.of_lane.get(&(a.stretch, a.lane, if a.far { 1 } else { -1 }));
-            let entering = drawn.of_lane.get(&(b.stretch, b.lane, if b.far { -1 } else { 1 }));
-            let (Some(&from), Some(&to)) = (leaving, entering) else { continue };
-            if drawn.lanes[from].nodes[1] == drawn.lanes[to].nodes[0] {
-                drawn.next[from].push(to);
-                drawn.back[to].push(from);
+            for &from in leaving.get(&a).into_iter().flatten() {
+                for &to in entering.get(&b).into_iter().flatten() {
+                    if drawn.lanes[from].nodes[1] == drawn.lanes[to].nodes[0] {
+                        drawn.next[from].push(to);
+                        drawn.back[to].push(from);
+                    }
+                }
             }
         }
     }

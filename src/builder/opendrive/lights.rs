@@ -16,7 +16,7 @@ use crate::xodr::Signal;
 
 use super::lines::point;
 use super::nodes::sides;
-use super::scene::{Drawn, Scene, note};
+use super::scene::{Drawn, Piece, Scene, note};
 use super::signal_use::SignalUse;
 use super::signals::{Approach, Furniture, Placed, approaches};
 
@@ -103,15 +103,15 @@ impl<'a> Drawing<'a> {
         }
         let lane = &self.drawn.lanes[at];
         let key = self.lane_key("stop", at);
-        let [from, to] = self.scene.stretches[lane.stretch].span;
+        let [from, to] = self.scene.span(lane);
         let end = if lane.direction > 0 { to } else { from };
         let said = self.furniture.stops.get(&at).copied().filter(|station| (station - end).abs() > AT_END);
         let nodes = match said {
             None => lane.nodes[1],
             Some(station) => {
-                let (road, section) = (self.scene.road(lane.stretch), self.scene.section(lane.stretch));
-                let [high, low] =
-                    sides(lane.lane).map(|border| road.place(station, section.offset(road, border, station)));
+                let Piece { stretch, lane: id } = self.scene.piece_at(lane, station);
+                let (road, section) = (self.scene.road(stretch), self.scene.section(stretch));
+                let [high, low] = sides(id).map(|border| road.place(station, section.offset(road, border, station)));
                 let [left, right] = if lane.direction > 0 { [high, low] } else { [low, high] };
                 [("left", left), ("right", right)]
                     .map(|(name, place)| point(assembly, self.scene.plane, key.word(name), place))
@@ -224,16 +224,17 @@ impl<'a> Drawing<'a> {
             let (mut at, mut seen) = (Some(lane), BTreeSet::new());
             while let Some(here) = at.filter(|lane| seen.insert(*lane)) {
                 let lane = &self.drawn.lanes[here];
-                let (road, section) = (self.scene.road(lane.stretch), self.scene.section(lane.stretch));
+                let piece = self.scene.middle_piece(lane);
+                let (road, section) = (self.scene.road(piece.stretch), self.scene.section(piece.stretch));
                 let said =
-                    section.lane(lane.lane).and_then(|it| road.speed(section, it, self.scene.middle(lane.stretch)));
+                    section.lane(piece.lane).and_then(|it| road.speed(section, it, self.scene.middle(piece.stretch)));
                 if said.is_none()
                     && let Some(tags) = assembly.attributes_mut(lane.lanelet)
                 {
                     tags.set("speed_limit", Text::from(limit.round().to_string()));
                 }
-                let own = self.scene.stretches[lane.stretch].road;
-                let goes_on = |next: &&usize| self.scene.stretches[self.drawn.lanes[**next].stretch].road == own;
+                let own = self.scene.road_of(lane);
+                let goes_on = |next: &&usize| self.scene.road_of(&self.drawn.lanes[**next]) == own;
                 at = self.drawn.next[here].iter().find(goes_on).copied();
             }
         }

@@ -1,22 +1,25 @@
 //! Borders as lines of the map, each drawn once, and the lanelets between them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::tags::marking::unpainted;
+use crate::geometry::Polyline;
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 use crate::xodr::{Lane, Place};
 
 use super::lane_use::LaneUse;
 use super::marks::{self, Beside};
-use super::nodes::{BorderEnd, sides};
+use super::nodes::{BorderEnd, EndNodes, sides};
 use super::plane::Plane;
 use super::sampling;
-use super::scene::{Drawn, DrawnLane, Scene};
+use super::scene::{Drawn, DrawnLane, Piece, Scene};
 
 /// Points closer than this to the end of their line, metres, are left out: the end may have been moved a little.
 const BESIDE_END: f64 = 0.05;
+/// Borders of two roads between the same nodes that lie this close, metres, are one line.
+const TWIN: f64 = 0.01;
 /// Heights are whole tenths of millimetres, as in all maps.
 const STEPS: f64 = 1e4;
 
@@ -50,20 +53,18 @@ impl SideRun {
     }
 }
 
-/// One lanelet to be drawn.
+/// A lanelet to be drawn, or two: one for each direction.
 pub struct One {
-    /// Index of the stretch.
-    pub stretch: usize,
-    /// The lane.
-    pub lane: i64,
-    /// 1 along the road, -1 against it.
-    pub direction: i8,
+    /// What it leads along.
+    pub pieces: Vec<Piece>,
+    /// For each piece the borders between which it lies, the left one along the road first.
+    pub borders: Vec<[i64; 2]>,
+    /// 1 along the road, -1 against it; with each, whether it is the second one of a lane that is driven both ways.
+    pub directions: Vec<(i8, bool)>,
     /// What it is for.
     pub used: LaneUse,
     /// km/h.
     pub limit: f64,
-    /// Whether it is the second one of a lane that is driven both ways.
-    pub back: bool,
 }
 
 /// Borders as lines, each drawn once.
@@ -71,15 +72,30 @@ pub struct Lines<'a> {
     /// The file.
     pub scene: &'a Scene<'a>,
     /// For each end of a border the first one of its node, and the node's place.
-    pub ends: &'a BTreeMap<BorderEnd, (BorderEnd, Place)>,
+    pub ends: &'a EndNodes,
     points: BTreeMap<BorderEnd, PointId>,
-    lines: BTreeMap<(usize, i64), LineStringId>,
+    /// By stretch and border: the points of a border between its ends.
+    inner: BTreeMap<(usize, i64), Vec<PointId>>,
+    /// By the stretches along which they lead, each with the border there.
+    lines: BTreeMap<Vec<(usize, i64)>, Vec<Bound>>,
+    /// Lines that have a lanelet on their right side, and those that have one on their left side.
+    taken: [BTreeSet<LineStringId>; 2],
+    /// By the nodes at their ends, the smaller one first.
+    between: BTreeMap<[PointId; 2], Vec<LineStringId>>,
 }
 
 impl<'a> Lines<'a> {
     /// Nothing is drawn yet.
-    pub fn new(scene: &'a Scene<'a>, ends: &'a BTreeMap<BorderEnd, (BorderEnd, Place)>) -> Self {
-        Self { scene, ends, points: BTreeMap::new(), lines: BTreeMap::new() }
+    pub fn new(scene: &'a Scene<'a>, ends: &'a EndNodes) -> Self {
+        Self {
+            scene,
+            ends,
+            points: BTreeMap::new(),
+            inner: BTreeMap::new(),
+            lines: BTreeMap::new(),
+            taken: [BTreeSet::new(), BTreeSet::new()],
+            between: BTreeMap::new(),
+        }
     }
 
     /// The node at the end of a border.
@@ -94,58 +110,118 @@ impl<'a> Lines<'a> {
         (id, place)
     }
 
-    /// Adds the lanelet of a lane between two borders, the left one along the road first.
-    pub fn lanelet(
-        &mut self,
-        assembly: &mut MapBuilder,
-        drawn: &mut Drawn,
-        lanes: &StretchLanes,
-        borders: [i64; 2],
-        One { stretch, lane, direction, used, limit, back }: One,
-    ) {
-        let [high, low] = borders.map(|border| lanes.stands.get(&border).copied().unwrap_or(border));
-        if high == low {
+    /// Adds the lanelets.
+    pub fn lanelets(&mut self, assembly: &mut MapBuilder, drawn: &mut Drawn, lanes: &[StretchLanes], one: One) {
+        let One { pieces, borders, directions, used, limit } = one;
+        let Some(first) = pieces.first().copied() else { return };
+        let along: [Vec<(usize, i64)>; 2] = [0, 1].map(|side| {
+            let stands = |(piece, borders): (&Piece, &[i64; 2])| {
+                let border = borders[side];
+                (piece.stretch, lanes[piece.stretch].stands.get(&border).copied().unwrap_or(border))
+            };
+            pieces.iter().zip(&borders).map(stands).collect()
+        });
+        if along[0].iter().zip(&along[1]).any(|(high, low)| high == low) {
             return;
         }
-        let [high, low] = [high, low].map(|border| self.draw(assembly, stretch, border, lanes));
-        let inverted = direction < 0;
-        let bound = |line: LineStringId| Bound { line, inverted };
-        let bounds = if inverted { [bound(low), bound(high)] } else { [bound(high), bound(low)] };
-        let key = self.scene.key("lane", stretch).number(lane);
-        let key = if back { key.word("back") } else { key };
-        let lanelet = assembly.lanelet(key, bounds[0], bounds[1], used.tags(limit));
-        let ends = bounds.map(|bound| assembly.bound_ids(bound));
-        let nodes = [false, true].map(|last| {
-            ends.each_ref().map(|ids| if last { ids.last() } else { ids.first() }.copied().unwrap_or(PointId(0)))
-        });
-        drawn.of_lane.insert((stretch, lane, direction), drawn.lanes.len());
-        drawn.lanes.push(DrawnLane { stretch, lane, direction, used, lanelet, bounds, nodes });
+        let [high, low] = along;
+        let high = self.draw(assembly, high, true, lanes);
+        let low = self.draw(assembly, low, false, lanes);
+        let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
+        for (direction, back) in directions {
+            let bounds = if direction < 0 { [turned(low), turned(high)] } else { [high, low] };
+            let key = self.scene.key("lane", first.stretch).number(first.lane);
+            let key = pieces.iter().skip(1).fold(key, |key, piece| key.number(piece.lane));
+            let key = if back { key.word("back") } else { key };
+            let lanelet = assembly.lanelet(key, bounds[0], bounds[1], used.tags(limit));
+            let ends = bounds.map(|bound| assembly.bound_ids(bound));
+            let nodes = [false, true].map(|last| {
+                ends.each_ref().map(|ids| if last { ids.last() } else { ids.first() }.copied().unwrap_or(PointId(0)))
+            });
+            drawn.push(DrawnLane { pieces: pieces.clone(), direction, used, lanelet, bounds, nodes });
+        }
     }
 
-    /// The line of a border.
-    fn draw(&mut self, assembly: &mut MapBuilder, stretch: usize, border: i64, lanes: &StretchLanes) -> LineStringId {
-        if let Some(known) = self.lines.get(&(stretch, border)) {
-            return *known;
+    /// The line that leads along these borders, each of a stretch, in order along the road; the lanelet lies on its right side, or on its
+    /// left one. Two lanelets on one side of a line would be taken for each other's neighbours.
+    fn draw(
+        &mut self,
+        assembly: &mut MapBuilder,
+        along: Vec<(usize, i64)>,
+        rightward: bool,
+        lanes: &[StretchLanes],
+    ) -> Bound {
+        let mut points: Vec<PointId> = Vec::new();
+        for &(stretch, border) in &along {
+            let (first, last) = self.border(assembly, stretch, border);
+            points.extend(if points.is_empty() { Some(first) } else { None });
+            points.extend(self.inner.get(&(stretch, border)).into_iter().flatten());
+            points.push(last);
         }
+        let ends = [points[0], points[points.len() - 1]];
+        let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let known = self.lines.get(&along).cloned().unwrap_or_default();
+        let side = |bound: &Bound| usize::from(rightward == bound.inverted);
+        let free = |bound: &Bound| !self.taken[side(bound)].contains(&bound.line);
+        let bound = known.iter().copied().find(free).or_else(|| self.twin(assembly, ends, &points, free));
+        let bound = bound.unwrap_or_else(|| {
+            let (stretch, border) = along[0];
+            let key = self.scene.key("border", stretch).number(border);
+            let key = along.iter().skip(1).fold(key, |key, (_, border)| key.number(*border));
+            let key = if known.is_empty() { key } else { key.word("again").number(known.len() as i64) };
+            Bound { line: assembly.line(key, points, self.tags(stretch, border, &lanes[stretch])), inverted: false }
+        });
+        self.taken[side(&bound)].insert(bound.line);
+        let between = self.between.entry(ends).or_default();
+        if !between.contains(&bound.line) {
+            between.push(bound.line);
+        }
+        let known = self.lines.entry(along).or_default();
+        if !known.contains(&bound) {
+            known.push(bound);
+        }
+        bound
+    }
+
+    /// A line that is drawn already and lies where these points lie: the border of another road.
+    fn twin(
+        &self,
+        assembly: &MapBuilder,
+        ends: [PointId; 2],
+        points: &[PointId],
+        free: impl Fn(&Bound) -> bool,
+    ) -> Option<Bound> {
+        let place = |ids: &[PointId]| Polyline::new(assembly.positions(ids));
+        let own = place(points)?;
+        self.between.get(&ends)?.iter().find_map(|&line| {
+            let ids = assembly.bound_ids(Bound { line, inverted: false });
+            let other = place(&ids)?;
+            let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= TWIN);
+            let bound = Bound { line, inverted: ids.first() != points.first() };
+            (ends[0] != ends[1] && free(&bound) && near(&own, &other) && near(&other, &own)).then_some(bound)
+        })
+    }
+
+    /// The nodes at the ends of a border of a stretch; adds the points between.
+    fn border(&mut self, assembly: &mut MapBuilder, stretch: usize, border: i64) -> (PointId, PointId) {
         let scene = self.scene;
         let (first, from) = self.node(assembly, (stretch, false, border));
         let (last, to) = self.node(assembly, (stretch, true, border));
-        let road = scene.road(stretch);
-        let mut places = sampling::border(road, &scene.sections(stretch), border, scene.stretches[stretch].span);
+        if self.inner.contains_key(&(stretch, border)) {
+            return (first, last);
+        }
+        let mut places = sampling::border(scene, stretch, border);
         places.pop();
         let far_from_ends =
             |at: &Place| [from, to].iter().all(|end| (at[0] - end[0]).hypot(at[1] - end[1]) > BESIDE_END);
         let inner: Vec<Place> = places.into_iter().skip(1).filter(far_from_ends).collect();
         let key = scene.key("border", stretch).number(border);
-        let mut points = vec![first];
+        let mut points = Vec::with_capacity(inner.len());
         for ((at, height), number) in scene.plane.to_map(&inner).into_iter().zip(0..) {
             points.push(assembly.point_at(key.number(number), at, rounded(height), Attributes::new()));
         }
-        points.push(last);
-        let tags = self.tags(stretch, border, lanes);
-        let line = assembly.line(key, points, tags);
-        self.lines.insert((stretch, border), line);
-        line
+        self.inner.insert((stretch, border), points);
+        (first, last)
     }
 
     fn tags(

@@ -11,12 +11,12 @@ mod lines;
 mod marks;
 mod nodes;
 mod plane;
+mod runs;
 mod sampling;
 mod scene;
 mod signal_use;
 mod signals;
 mod stretches;
-mod tracks;
 
 use crate::diagnostic::{Finding, Severity};
 use crate::geometry::Point;
@@ -44,7 +44,6 @@ pub struct Placing<'a> {
 
 /// Builds the map of a file; also gives its projector.
 pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placing) -> (Assembled, Projector) {
-    let file = &*tracks::with_tracks(file);
     let starts = file.roads.iter().flat_map(|road| road.plan.records()).map(|record| record.origin);
     let wanted = placing.wanted.map(|wanted| wanted as &dyn Fn(LonLat) -> Projector);
     let plane = Plane::new(file, &starts.collect::<Vec<Point>>(), placing.origin, wanted);
@@ -79,7 +78,7 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     whole.areas = made.areas;
     whole.notes.extend(made.notes.into_iter().chain(signs.notes));
     whole.notes.extend(crosswalks::draw(&mut assembly, &scene, &drawn, &furniture));
-    whole.settings = Settings { intersection: made.settings, ..Settings::default() };
+    whole.settings = Settings { intersection: made.settings, loose_ends: made.loose_ends, ..Settings::default() };
     whole.settings.driving_side = Some(if left_hand { Side::Left } else { Side::Right });
     whole.map = assembly.finish(MapPart::default());
     (whole, plane.projector)

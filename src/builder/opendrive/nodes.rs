@@ -14,6 +14,9 @@ pub const FARTHEST: f64 = 1.5;
 /// The end of a border: index of the stretch, whether it is the end at the larger station, the border.
 pub type BorderEnd = (usize, bool, i64);
 
+/// For each end of a border the first one of its node, and the node's place.
+pub type EndNodes = BTreeMap<BorderEnd, (BorderEnd, Place)>;
+
 /// Ends of borders, each with its node.
 #[derive(Default)]
 pub struct Nodes {
@@ -140,7 +143,7 @@ impl Nodes {
 
     /// For each end of a border the first end of its node and the node's place: the mean of ends that lie together, else where the
     /// roads outside junctions have it.
-    pub fn places(&self) -> BTreeMap<BorderEnd, (BorderEnd, Place)> {
+    pub fn places(&self) -> EndNodes {
         let mut all = BTreeMap::new();
         for members in self.members.iter().filter(|members| !members.is_empty()) {
             let first = members.iter().copied().map(|at| self.ends[at]).min().unwrap_or_default();

@@ -2,32 +2,58 @@
 
 use crate::xodr::{Place, Road, Section};
 
+use super::scene::Scene;
+
 /// The largest distance of the curve from its chord, metres: the requirement is 1 cm, of which the joints need a part.
-const CHORD: f64 = 0.006;
+const CHORD: f64 = 0.004;
 /// The longest chord, metres.
 const LONGEST: f64 = 40.0;
 /// A piece of this length, metres, is divided no more.
 const SHORTEST: f64 = 0.02;
 
-/// The places of the outer border of a lane, 0 for the centre lane, from one station to another, both included. `sections` are the
-/// sections between, in order.
-pub fn border(road: &Road, sections: &[&Section], border: i64, [from, to]: [f64; 2]) -> Vec<Place> {
+/// The places of the outer border of a lane, 0 for the centre lane, along a stretch, its ends included.
+pub fn border(scene: &Scene, stretch: usize, border: i64) -> Vec<Place> {
+    let (road, sections) = (scene.road(stretch), scene.sections(stretch));
+    let [from, to] = scene.stretches[stretch].span;
     let at = |station: f64| {
         // Of two sections that meet, the one before counts at the end of the border, the one behind elsewhere.
         let behind = |section: &&&Section| section.span[0] <= station && (station < to || section.span[0] < to);
         let section = sections.iter().rev().find(behind).or(sections.first());
-        section.map_or([0.0; 3], |section| road.place(station, section.offset(road, border, station)))
+        section.map_or([0.0; 3], |section| road.place(station, scene.offset(stretch, section, border, station)))
     };
-    let mut stations = knots(road, sections, [from, to]);
+    let mut stations = knots(road, &sections, [from, to]);
     stations.push(to);
-    let mut line = vec![at(from)];
+    let mut line = vec![(from, at(from))];
     let mut begin = from;
     for end in stations {
         divide(&at, [begin, end], &mut line);
-        line.push(at(end));
+        line.push((end, at(end)));
         begin = end;
     }
-    line
+    unfolded(road, line)
+}
+
+/// The places of a border without those where it runs back against its road: inside a turn that is tighter than the lane is wide.
+fn unfolded(road: &Road, line: Vec<(f64, Place)>) -> Vec<Place> {
+    let last = line.len().saturating_sub(1);
+    let mut kept: Vec<(f64, Place)> = Vec::with_capacity(line.len());
+    for (i, (station, place)) in line.into_iter().enumerate() {
+        let goes_on = |before: &(f64, Place), heading: f64| {
+            let [dx, dy] = [place[0] - before.1[0], place[1] - before.1[1]];
+            let angle = road.angle(heading);
+            dx * angle.cos() + dy * angle.sin() > 0.0
+        };
+        while kept.len() > 1 && kept.last().is_some_and(|before| !goes_on(before, before.0)) {
+            kept.pop();
+        }
+        while i == last && kept.len() > 1 && kept.last().is_some_and(|before| !goes_on(before, station)) {
+            kept.pop();
+        }
+        if i == 0 || i == last || kept.last().is_some_and(|before| goes_on(before, station)) {
+            kept.push((station, place));
+        }
+    }
+    kept.into_iter().map(|(_, place)| place).collect()
 }
 
 /// Stations strictly between two others at which the curve may bend.
@@ -46,7 +72,7 @@ fn knots(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64> {
 }
 
 /// Adds the places strictly between two stations that the curve needs.
-fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<Place>) {
+fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<(f64, Place)>) {
     let mut open = vec![span];
     while let Some([from, to]) = open.pop() {
         let [a, b] = [from, to].map(at);
@@ -57,7 +83,7 @@ fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<Place>) {
             open.push([middle, to]);
             open.push([from, middle]);
         } else if to < span[1] {
-            line.push(b);
+            line.push((to, b));
         }
     }
 }

@@ -1,27 +1,34 @@
 //! A file, cut up into stretches, and the lanelets that are drawn for its lanes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::ids::Key;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::{Bound, LaneletId, PointId};
-use crate::xodr::{OpenDrive, Place, Road, Section, inner};
+use crate::xodr::{OpenDrive, Place, Road, Section};
 
 use super::contacts::LaneEnd;
 use super::lane_use::LaneUse;
 use super::plane::Plane;
 use super::stretches::{CutRoad, Stretch};
 
-/// The width, metres, with which a lane begins or ends that has none there: its bounds must not meet.
-const HAIR: f64 = 0.02;
+/// The least width of a lane, metres, where it begins or ends without one: its bounds must not meet, nor cross where they are sampled.
+const HAIR: f64 = 0.01;
 
-/// A lanelet of a lane.
-#[derive(Clone, Debug)]
-pub struct DrawnLane {
+/// A lane of a stretch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Piece {
     /// Index of the stretch.
     pub stretch: usize,
     /// The lane.
     pub lane: i64,
+}
+
+/// A lanelet of a lane.
+#[derive(Clone, Debug)]
+pub struct DrawnLane {
+    /// What it leads along, in order along the road: one piece, but for connecting roads.
+    pub pieces: Vec<Piece>,
     /// 1 along the road, -1 against it.
     pub direction: i8,
     /// What it is for.
@@ -37,12 +44,29 @@ pub struct DrawnLane {
 impl DrawnLane {
     /// The end of the lane at which vehicles leave it.
     pub fn exit(&self) -> LaneEnd {
-        LaneEnd { stretch: self.stretch, far: self.direction > 0, lane: self.lane }
+        self.at(self.direction > 0)
     }
 
     /// The end of the lane at which vehicles enter it.
     pub fn entry(&self) -> LaneEnd {
-        LaneEnd { stretch: self.stretch, far: self.direction < 0, lane: self.lane }
+        self.at(self.direction < 0)
+    }
+
+    /// Its end at the larger station, or at the smaller one.
+    fn at(&self, far: bool) -> LaneEnd {
+        let piece = if far { self.pieces.last() } else { self.pieces.first() };
+        let Piece { stretch, lane } = piece.copied().unwrap_or_default();
+        LaneEnd { stretch, far, lane }
+    }
+
+    /// Its first stretch along the road.
+    pub fn stretch(&self) -> usize {
+        self.at(false).stretch
+    }
+
+    /// Its piece on a stretch.
+    pub fn piece_on(&self, stretch: usize) -> Option<Piece> {
+        self.pieces.iter().copied().find(|piece| piece.stretch == stretch)
     }
 }
 
@@ -63,6 +87,28 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// The stations between which a lanelet lies, metres.
+    pub fn span(&self, lane: &DrawnLane) -> [f64; 2] {
+        [false, true].map(|far| self.stretches[lane.at(far).stretch].span[usize::from(far)])
+    }
+
+    /// The piece of a lanelet at a station of its road.
+    pub fn piece_at(&self, lane: &DrawnLane, station: f64) -> Piece {
+        let begins = |piece: &&Piece| self.stretches[piece.stretch].span[0] <= station;
+        lane.pieces.iter().rev().find(begins).or(lane.pieces.first()).copied().unwrap_or_default()
+    }
+
+    /// The piece in the middle of a lanelet.
+    pub fn middle_piece(&self, lane: &DrawnLane) -> Piece {
+        let [from, to] = self.span(lane);
+        self.piece_at(lane, f64::midpoint(from, to))
+    }
+
+    /// The index of the road of a lanelet.
+    pub fn road_of(&self, lane: &DrawnLane) -> usize {
+        self.stretches[lane.stretch()].road
+    }
+
     /// The road of a stretch.
     pub fn road(&self, stretch: usize) -> &Road {
         &self.file.roads[self.stretches[stretch].road]
@@ -103,13 +149,15 @@ impl Scene<'_> {
         let station = if far { to } else { from };
         let road = self.road(stretch);
         let section = if far { sections.last() } else { sections.first() };
-        section.map_or([0.0; 3], |section| {
-            let (offset, side) = (section.offset(road, border, station), border.signum() as f64);
-            let inside = section.offset(road, inner(border), station);
-            let driven = section.lane(border).is_some_and(|lane| LaneUse::of(lane).is_driven());
-            let pinched = driven && side * (offset - inside) < HAIR;
-            road.place(station, if pinched { inside + side * HAIR } else { offset })
-        })
+        section.map_or([0.0; 3], |section| road.place(station, self.offset(stretch, section, border, station)))
+    }
+
+    /// The offset of the outer border of a lane in a section of a stretch, metres to the left, with a hair of width for each lane that
+    /// becomes a lanelet.
+    pub fn offset(&self, stretch: usize, section: &Section, border: i64, station: f64) -> f64 {
+        let drawn = &self.stretches[stretch].driven;
+        let least = |lane: i64| if drawn.contains(&lane) { HAIR } else { f64::NEG_INFINITY };
+        section.offset_of_wide(self.road(stretch), border, station, least)
     }
 }
 
@@ -118,12 +166,14 @@ impl Scene<'_> {
 pub struct Drawn {
     /// In order of stretches, of lanes from left to right, and of directions.
     pub lanes: Vec<DrawnLane>,
-    /// By lane and direction.
-    pub of_lane: BTreeMap<(usize, i64, i8), usize>,
+    /// For each stretch its lanelets, in order.
+    pub on_stretch: BTreeMap<usize, Vec<usize>>,
     /// For each lane those that follow it by the links of the file and by their nodes.
     pub next: Vec<Vec<usize>>,
     /// For each lane those that it follows.
     pub back: Vec<Vec<usize>>,
+    /// The ends of lanes that the file links to others.
+    pub linked: BTreeSet<LaneEnd>,
     /// What could not be drawn as it should.
     pub notes: Vec<Finding>,
 }
@@ -131,8 +181,15 @@ pub struct Drawn {
 impl Drawn {
     /// The lanelets of a stretch, with their indices, in order.
     pub fn on(&self, stretch: usize) -> impl Iterator<Item = (usize, &DrawnLane)> {
-        let first = self.lanes.partition_point(|lane| lane.stretch < stretch);
-        self.lanes.iter().enumerate().skip(first).take_while(move |(_, lane)| lane.stretch == stretch)
+        self.on_stretch.get(&stretch).into_iter().flatten().map(|&at| (at, &self.lanes[at]))
+    }
+
+    /// Adds a lanelet.
+    pub fn push(&mut self, lane: DrawnLane) {
+        for piece in &lane.pieces {
+            self.on_stretch.entry(piece.stretch).or_default().push(self.lanes.len());
+        }
+        self.lanes.push(lane);
     }
 }
 

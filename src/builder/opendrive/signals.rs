@@ -28,8 +28,8 @@ impl Placed<'_> {
     /// Whether it is a light that stands on a lane between intersections.
     pub fn is_between(&self, scene: &Scene, drawn: &Drawn, lane: usize) -> bool {
         let lane = &drawn.lanes[lane];
-        let own = scene.stretches[lane.stretch].road == self.road;
-        let between = || is_between(scene.road(lane.stretch), self.signal.at[0], lane.direction);
+        let own = scene.road_of(lane) == self.road;
+        let between = || is_between(scene.road(lane.stretch()), self.signal.at[0], lane.direction);
         own && self.used == SignalUse::VehicleLight && between()
     }
 }
@@ -103,7 +103,7 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
         .iter()
         .filter(|it| it.used == SignalUse::StopLine)
         .flat_map(|it| {
-            let own = |lane: &&usize| scene.stretches[drawn.lanes[**lane].stretch].road == it.road;
+            let own = |lane: &&usize| scene.road_of(&drawn.lanes[**lane]) == it.road;
             it.lanes.iter().filter(own).map(|&lane| LaneStop { lane, station: it.signal.at[0] }).collect::<Vec<_>>()
         })
         .collect();
@@ -135,7 +135,7 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
 /// Keeps the stop line of a lane that lies nearest to its end.
 fn stop(scene: &Scene, drawn: &Drawn, stops: &mut BTreeMap<usize, f64>, line: LaneStop) {
     let lane = &drawn.lanes[line.lane];
-    let [from, to] = scene.stretches[lane.stretch].span;
+    let [from, to] = scene.span(lane);
     let station = line.station.clamp(from, to);
     let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
     let known = stops.entry(line.lane).or_insert(station);
@@ -148,8 +148,10 @@ fn stop(scene: &Scene, drawn: &Drawn, stops: &mut BTreeMap<usize, f64>, line: La
 fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
     let Some(stretch) = stretch_at(scene, road, station) else { return Vec::new() };
     let here = drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven());
-    let named: Vec<(usize, i8)> =
-        here.filter(|(_, lane)| validity.names(lane.lane)).map(|(at, lane)| (at, lane.direction)).collect();
+    let named: Vec<(usize, i8)> = here
+        .filter(|(_, lane)| lane.piece_on(stretch).is_some_and(|piece| validity.names(piece.lane)))
+        .map(|(at, lane)| (at, lane.direction))
+        .collect();
     let faces = |direction: i8| validity.facing == 0 || validity.facing == direction;
     let facing: Vec<usize> = named.iter().filter(|(_, direction)| faces(*direction)).map(|(at, _)| *at).collect();
     // Some exporters name lanes of the other direction than the one they state, or state the other one on a connecting road: the
@@ -186,9 +188,12 @@ fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usi
     let across = ring.iter().map(|[x, y, _]| (y - at.point.y) * at.angle.cos() - (x - at.point.x) * at.angle.sin());
     let [low, high] = across.fold([f64::MAX, f64::MIN], |[low, high], t| [low.min(t), high.max(t)]);
     let covers = |lane: &usize| {
-        let lane = &drawn.lanes[*lane];
-        let section = scene.section(lane.stretch);
-        let sides = super::nodes::sides(lane.lane).map(|border| section.offset(road, border, station));
+        let Some(piece) = stretch_at(scene, index, station).and_then(|stretch| drawn.lanes[*lane].piece_on(stretch))
+        else {
+            return false;
+        };
+        let section = scene.section(piece.stretch);
+        let sides = super::nodes::sides(piece.lane).map(|border| section.offset(road, border, station));
         (low..=high).contains(&f64::midpoint(sides[0], sides[1]))
     };
     lanes.into_iter().filter(covers).collect()
@@ -196,7 +201,7 @@ fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usi
 
 /// The approaches of junctions to which lanes lead, with the lanes behind for which a signal on those lanes counts.
 pub fn approaches(scene: &Scene, drawn: &Drawn, lanes: &[usize]) -> Vec<Approach> {
-    let inside = |lane: usize| scene.connecting[scene.stretches[drawn.lanes[lane].stretch].road];
+    let inside = |lane: usize| scene.connecting[scene.road_of(&drawn.lanes[lane])];
     let mut found: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for &lane in lanes {
         if inside(lane) {
@@ -219,7 +224,7 @@ pub fn approaches(scene: &Scene, drawn: &Drawn, lanes: &[usize]) -> Vec<Approach
                 break;
             }
             let [only] = next[..] else { break };
-            let [from, to] = scene.stretches[drawn.lanes[only].stretch].span;
+            let [from, to] = scene.span(&drawn.lanes[only]);
             gone += to - from;
             if gone > REACH {
                 break;

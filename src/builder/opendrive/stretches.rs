@@ -12,8 +12,18 @@ pub const MICRO: f64 = 0.1;
 /// Paint and speed limits that change closer than this, metres, to another change are those of the stretch before.
 const SHORTEST: f64 = 2.0;
 
+/// Borders closer than this everywhere, metres, are one.
+pub const ONE_BORDER: f64 = 0.02;
+/// By how much a width, metres, may be more than it should be.
+const WIDTH_NOISE: f64 = 0.005;
+/// So often a stretch is halved to find the station at which a lane has a width.
+const BISECTIONS: usize = 40;
 /// A lane whose width jumps by more than this, metres, or that has no more, is another one behind the jump.
 const SAME_WIDTH: f64 = 0.05;
+
+/// A lane that is nowhere wider than this, metres, is none: exporters leave some beside others. Where a lane opens between two others,
+/// its lanelet begins where it is as wide: from there on their borders are apart.
+const OPEN: f64 = 0.5;
 
 /// A part of a road along which nothing changes.
 #[derive(Clone, Debug)]
@@ -28,6 +38,8 @@ pub struct Stretch {
     pub first_section: usize,
     /// Which of the stretches that begin in that section it is.
     pub part: usize,
+    /// The lanes for motor vehicles that become lanelets.
+    pub driven: Vec<i64>,
 }
 
 /// A road cut up.
@@ -48,11 +60,18 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
     let links: Vec<Vec<[i64; 2]>> = kept.windows(2).map(|pair| linked(road, pair[0], pair[1])).collect();
     let mut cut = CutRoad { kept, links, stretches: Vec::new() };
     let Some(&first) = cut.kept.first() else { return cut };
-    let start_of = |at: usize| if at == 0 { 0.0 } else { road.sections[cut.kept[at]].span[0] };
+    let start_of = |at: usize| road.sections[cut.kept[at]].span[0];
     // Where lanes change, a stretch must end; elsewhere, it ends where paint or speed changes, if that is far enough from other ends.
-    let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at, connecting)).collect();
+    let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at)).collect();
     let mut stations: Vec<f64> = std::iter::once(0.0).chain(hard.iter().map(|&at| start_of(at))).collect();
     stations.push(road.length);
+    let opening: Vec<f64> = stations
+        .windows(2)
+        .flat_map(|pair| openings(road, &sections_between(road, &cut.kept, [pair[0], pair[1]]), [pair[0], pair[1]]))
+        .collect();
+    stations.extend(opening);
+    stations.sort_by(f64::total_cmp);
+    stations.dedup();
     if !connecting {
         for change in changes(road, &cut.kept) {
             if stations.iter().all(|station| (station - change).abs() >= SHORTEST) {
@@ -67,14 +86,82 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
         if to <= from {
             continue;
         }
-        let begin = cut.kept.len() - 1 - (0..cut.kept.len()).rev().position(|at| start_of(at) <= from).unwrap_or(0);
-        let end = (begin + 1..cut.kept.len()).find(|&at| start_of(at) >= to).unwrap_or(cut.kept.len());
+        let sections = range_between(road, &cut.kept, [from, to]);
+        let begin = sections.start;
         let first_section = cut.kept[begin];
         counted = if counted.0 == first_section { (first_section, counted.1 + 1) } else { (first_section, 1) };
         let part = counted.1 - 1;
-        cut.stretches.push(Stretch { road: index, span: [from, to], sections: begin..end, first_section, part });
+        let driven = driven(road, &sections_between(road, &cut.kept, [from, to]), [from, to], connecting);
+        cut.stretches.push(Stretch { road: index, span: [from, to], sections, first_section, part, driven });
     }
     cut
+}
+
+/// The kept sections between two stations, by their index among them.
+fn range_between(road: &Road, kept: &[usize], [from, to]: [f64; 2]) -> Range<usize> {
+    let start_of = |at: usize| if at == 0 { 0.0 } else { road.sections[kept[at]].span[0] };
+    let begin = (0..kept.len()).rev().find(|&at| start_of(at) <= from).unwrap_or(0);
+    let end = (begin + 1..kept.len()).find(|&at| start_of(at) >= to).unwrap_or(kept.len());
+    begin..end
+}
+
+fn sections_between<'a>(road: &'a Road, kept: &[usize], span: [f64; 2]) -> Vec<&'a Section> {
+    kept[range_between(road, kept, span)].iter().map(|&at| &road.sections[at]).collect()
+}
+
+/// The width of a lane at stations along these sections, with the stations, both in metres.
+fn widths(road: &Road, sections: &[&Section], [from, to]: [f64; 2], lane: i64) -> Vec<(f64, f64)> {
+    const PLACES: usize = 32;
+    let at = |i: usize| {
+        let station = from + (to - from) * i as f64 / PLACES as f64;
+        (station, width_at(road, sections, station, lane))
+    };
+    (0..=PLACES).map(at).collect()
+}
+
+fn width_at(road: &Road, sections: &[&Section], station: f64, lane: i64) -> f64 {
+    let section = sections.iter().rev().find(|section| section.span[0] <= station).or(sections.first());
+    section.map_or(0.0, |section| section.width(road, lane, station))
+}
+
+/// The lanes for motor vehicles along these sections; on a connecting road a piece may be narrow of a lane that becomes wide.
+fn driven(road: &Road, sections: &[&Section], span: [f64; 2], connecting: bool) -> Vec<i64> {
+    let least = if connecting { ONE_BORDER } else { OPEN + WIDTH_NOISE };
+    let lanes = sections.first().map_or(&[][..], |section| &section.lanes);
+    let wide = |lane: &&Lane| widths(road, sections, span, lane.id).iter().any(|(_, width)| *width > least);
+    lanes.iter().filter(|lane| LaneUse::of(lane).is_driven()).filter(wide).map(|lane| lane.id).collect()
+}
+
+/// The stations at which a lane becomes wide that begins or ends without width between two others.
+fn openings(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64> {
+    let driven = driven(road, sections, [from, to], false);
+    let mut found = Vec::new();
+    for &lane in &driven {
+        let beside = |step: i64| {
+            let next = lane + step;
+            driven.contains(&if next == 0 { step } else { next })
+        };
+        if !beside(1) || !beside(-1) {
+            continue;
+        }
+        let widths = widths(road, sections, [from, to], lane);
+        let ahead: Vec<(f64, f64)> = widths.iter().rev().copied().collect();
+        for line in [widths, ahead] {
+            let behind = line.iter().position(|(_, width)| *width > OPEN).unwrap_or(0);
+            if line[0].1 > SAME_WIDTH || behind == 0 {
+                continue;
+            }
+            let [mut narrow, mut wide] = [line[behind - 1].0, line[behind].0];
+            for _ in 0..BISECTIONS {
+                let middle = f64::midpoint(narrow, wide);
+                let open = width_at(road, sections, middle, lane) > OPEN;
+                if open { wide = middle } else { narrow = middle }
+            }
+            found.push(wide);
+        }
+    }
+    found.retain(|station| *station > from + MICRO && *station < to - MICRO);
+    found
 }
 
 /// The sections that are no micro sections; of a road of which all are, the longest.
@@ -102,7 +189,7 @@ fn linked(road: &Road, from: usize, to: usize) -> Vec<[i64; 2]> {
 }
 
 /// The lanes of a section that lead on to those of the next one, by the links of either.
-pub fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
+fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
     let ahead = before.lanes.iter().flat_map(|lane| lane.links[1].iter().map(|next| [lane.id, *next]));
     let back = after.lanes.iter().flat_map(|lane| lane.links[0].iter().map(|last| [*last, lane.id]));
     let exist = |[a, b]: &[i64; 2]| before.lane(*a).is_some() && after.lane(*b).is_some();
@@ -112,14 +199,9 @@ pub fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
     all
 }
 
-/// Whether all lanes lead from the kept section before to this one and are of one kind in both; in a junction, all that are driven.
-fn goes_on(road: &Road, cut: &CutRoad, at: usize, connecting: bool) -> bool {
+/// Whether all lanes lead from the kept section before to this one and are of one kind in both.
+fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
     let [before, after] = [at - 1, at].map(|at| &road.sections[cut.kept[at]]);
-    let counted = |section: &Section| -> Vec<Lane> {
-        let counts = |lane: &&Lane| !connecting || LaneUse::of(lane).is_driven();
-        section.lanes.iter().filter(counts).cloned().collect()
-    };
-    let lanes = [before, after].map(counted);
     let same = |(a, b): (&Lane, &Lane)| {
         a.id == b.id
             && a.kind == b.kind
@@ -128,13 +210,13 @@ fn goes_on(road: &Road, cut: &CutRoad, at: usize, connecting: bool) -> bool {
     };
     let links = &cut.links[at - 1];
     let shown = |lane: &&Lane| LaneUse::of(lane) != LaneUse::None;
-    lanes[0].len() == lanes[1].len()
-        && lanes[0].iter().zip(&lanes[1]).all(same)
-        && links.iter().all(|[a, b]| a == b || connecting && lanes[0].iter().all(|lane| lane.id != *a))
-        && lanes[0].iter().filter(shown).all(|lane| {
+    before.lanes.len() == after.lanes.len()
+        && before.lanes.iter().zip(&after.lanes).all(same)
+        && links.iter().all(|[a, b]| a == b)
+        && before.lanes.iter().filter(shown).all(|lane| {
             let widths = [before, after].map(|section| section.width(road, lane.id, after.span[0]));
             let linked = !LaneUse::of(lane).is_driven() || links.contains(&[lane.id; 2]);
-            linked && (widths[0] - widths[1]).abs() < SAME_WIDTH && (connecting || widths[1] > SAME_WIDTH)
+            linked && (widths[0] - widths[1]).abs() < SAME_WIDTH && widths[1] > SAME_WIDTH
         })
 }
 

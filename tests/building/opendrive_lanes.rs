@@ -1,0 +1,238 @@
+//! Lanes of small OpenDRIVE files: where they open, turn tightly, change their ids inside junctions, or lie back to back.
+
+use std::collections::BTreeSet;
+
+use lanewright::api::{BuiltMap, Input, LayoutOptions};
+use lanewright::build;
+use lanewright::lanelet::Lanelet;
+
+use crate::common::program::lanewright;
+
+/// A lane: id, width where its section begins, width per metre, the lanes before and behind; 0 is none.
+type LaneText = (i64, f64, f64, i64, i64);
+
+/// A road: id, junction, predecessor and successor with their contact points, its geometry, and its sections with their stations.
+struct RoadText<'a> {
+    id: &'a str,
+    junction: &'a str,
+    links: [&'a str; 2],
+    geometry: &'a str,
+    length: f64,
+    sections: &'a [(f64, &'a [LaneText])],
+}
+
+fn text(roads: &[RoadText], rest: &str) -> String {
+    let mut out = String::from("<OpenDRIVE><header revMajor=\"1\" revMinor=\"6\"/>\n");
+    for road in roads {
+        let link = |side: &str, words: &str| match words.split_once(' ') {
+            Some((to, contact)) => {
+                format!("<{side} elementType=\"road\" elementId=\"{to}\" contactPoint=\"{contact}\"/>")
+            }
+            None if words.is_empty() => String::new(),
+            None => format!("<{side} elementType=\"junction\" elementId=\"{words}\"/>"),
+        };
+        out += &format!("<road id=\"{}\" junction=\"{}\" length=\"{}\"><link>", road.id, road.junction, road.length);
+        out += &link("predecessor", road.links[0]);
+        out += &link("successor", road.links[1]);
+        out += &format!(
+            "</link><type s=\"0\" type=\"town\"><speed max=\"50\" unit=\"km/h\"/></type><planView>{}</planView><lanes>\n",
+            road.geometry
+        );
+        for (start, lanes) in road.sections {
+            out += &format!("<laneSection s=\"{start}\"><center><lane id=\"0\" type=\"none\"/></center>");
+            for side in ["left", "right"] {
+                out += &format!("<{side}>");
+                for (id, width, slope, before, behind) in lanes.iter().filter(|lane| (lane.0 > 0) == (side == "left")) {
+                    let link =
+                        |name: &str, to: &i64| if *to == 0 { String::new() } else { format!("<{name} id=\"{to}\"/>") };
+                    let links = link("predecessor", before) + &link("successor", behind);
+                    out += &format!(
+                        "<lane id=\"{id}\" type=\"driving\"><link>{links}</link><width sOffset=\"0\" a=\"{width}\" b=\"{slope}\" c=\"0\" d=\"0\"/></lane>\n"
+                    );
+                }
+                out += &format!("</{side}>");
+            }
+            out += "</laneSection>";
+        }
+        out += "</lanes></road>\n";
+    }
+    out + rest + "</OpenDRIVE>"
+}
+
+fn line(x: f64, y: f64, length: f64) -> String {
+    format!("<geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"0\" length=\"{length}\"><line/></geometry>")
+}
+
+fn built(text: &str) -> BuiltMap {
+    build(Input::bytes("survey.xodr", text), &LayoutOptions::default()).unwrap()
+}
+
+fn roads(map: &BuiltMap) -> Vec<&Lanelet> {
+    map.built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")).collect()
+}
+
+/// The errors of `check` on the map of a text.
+fn errors(text: &str) -> Vec<String> {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("survey.xodr"), text).unwrap();
+    lanewright(dir.path(), &["build", "survey.xodr", "-o", "map"]).exits(0);
+    let check = lanewright(dir.path(), &["check", "map", "--fail-on", "never", "--format", "concise"]);
+    check.stdout.lines().filter(|line| line.contains(" error[")).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_lane_that_opens_between_two_others_has_bounds_of_its_own() {
+    let geometry = line(0.0, 0.0, 200.0);
+    let road = RoadText {
+        id: "a",
+        junction: "-1",
+        links: ["", ""],
+        geometry: &geometry,
+        length: 200.0,
+        sections: &[
+            (0.0, &[(-1, 3.5, 0.0, 0, -1), (-2, 3.5, 0.0, 0, -3)]),
+            (100.0, &[(-1, 3.5, 0.0, -1, 0), (-2, 0.0, 0.035, 0, 0), (-3, 3.5, 0.0, -2, 0)]),
+        ],
+    };
+    let text = text(&[road], "");
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text);
+    // Two before, two beside the opening, three behind.
+    assert_eq!(roads(&map).len(), 7);
+    for lanelet in roads(&map) {
+        let points = |bound| map.built.map.bound_points(bound).map(|point| point.id).collect::<BTreeSet<_>>();
+        assert!(points(lanelet.left).is_disjoint(&points(lanelet.right)));
+    }
+}
+
+#[test]
+fn a_lane_that_opens_at_the_edge_begins_with_its_section() {
+    let geometry = line(0.0, 0.0, 200.0);
+    let road = RoadText {
+        id: "a",
+        junction: "-1",
+        links: ["", ""],
+        geometry: &geometry,
+        length: 200.0,
+        sections: &[(0.0, &[(-1, 3.5, 0.0, 0, -1)]), (100.0, &[(-1, 3.5, 0.0, -1, 0), (-2, 0.0, 0.035, 0, 0)])],
+    };
+    let text = text(&[road], "");
+    assert_eq!(errors(&text), Vec::<String>::new());
+    assert_eq!(roads(&built(&text)).len(), 3);
+}
+
+#[test]
+fn the_inner_bound_of_a_turn_does_not_run_back() {
+    // Of the lane, which is 3.5 m wide, the inner border turns around a point 3.4 m from the middle of the road.
+    let length = 3.4 * std::f64::consts::FRAC_PI_2;
+    let geometry = format!(
+        "<geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"20\"><line/></geometry><geometry s=\"20\" x=\"20\" y=\"0\" hdg=\"0\" length=\"{length}\"><arc curvature=\"{}\"/></geometry><geometry s=\"{}\" x=\"23.4\" y=\"-3.4\" hdg=\"{}\" length=\"20\"><line/></geometry>",
+        -1.0 / 3.4,
+        20.0 + length,
+        -std::f64::consts::FRAC_PI_2
+    );
+    let road = RoadText {
+        id: "a",
+        junction: "-1",
+        links: ["", ""],
+        geometry: &geometry,
+        length: 40.0 + length,
+        sections: &[(0.0, &[(-1, 3.5, 0.0, 0, 0)])],
+    };
+    let map = built(&text(&[road], ""));
+    let lanelet = roads(&map)[0];
+    let points: Vec<_> = map.built.map.bound_points(lanelet.right).map(|point| point.position).collect();
+    for pair in points.windows(2) {
+        let step = pair[1] - pair[0];
+        assert!(step.x > -1e-6 && step.y < 1e-6, "{points:?}");
+    }
+}
+
+/// A road from the west, one to the east and one to the south; `through` has the sections of the way straight on.
+fn junction(through: &[(f64, &[LaneText])], entry: i64) -> String {
+    let [west, middle, east] = [line(0.0, 0.0, 50.0), line(50.0, 0.0, 20.0), line(70.0, 0.0, 50.0)];
+    let quarter = 10.0 * std::f64::consts::FRAC_PI_2;
+    let turn = format!(
+        "<geometry s=\"0\" x=\"50\" y=\"0\" hdg=\"0\" length=\"{quarter}\"><arc curvature=\"-0.1\"/></geometry>"
+    );
+    let south = format!(
+        "<geometry s=\"0\" x=\"60\" y=\"-10\" hdg=\"{}\" length=\"50\"><line/></geometry>",
+        -std::f64::consts::FRAC_PI_2
+    );
+    let one: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, 0, 0)])];
+    let both: &[(f64, &[LaneText])] = &[(0.0, &[(1, 3.5, 0.0, 0, 0), (-1, 3.5, 0.0, 0, 0)])];
+    let way: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, -1, -1)])];
+    let back: &[(f64, &[LaneText])] = &[(0.0, &[(1, 3.5, 0.0, 1, 1)])];
+    let road =
+        |id, junction, links, geometry, length, sections| RoadText { id, junction, links, geometry, length, sections };
+    let links = |connection: &str, from: &str, to: &str, contact: &str, lanes: [i64; 2]| {
+        format!(
+            "<connection id=\"{connection}\" incomingRoad=\"{from}\" connectingRoad=\"{to}\" contactPoint=\"{contact}\"><laneLink from=\"{}\" to=\"{}\"/></connection>",
+            lanes[0], lanes[1]
+        )
+    };
+    let all = format!(
+        "<junction id=\"J\">{}{}{}</junction>",
+        links("0", "w", "on", "start", [-1, entry]),
+        links("1", "w", "turn", "start", [-1, -1]),
+        links("2", "e", "back", "end", [1, 1])
+    );
+    text(
+        &[
+            road("w", "-1", ["", "J"], &west, 50.0, both),
+            road("e", "-1", ["J", ""], &east, 50.0, both),
+            road("s", "-1", ["J", ""], &south, 50.0, one),
+            road("on", "J", ["w end", "e start"], &middle, 20.0, through),
+            road("back", "J", ["w end", "e start"], &middle, 20.0, back),
+            road("turn", "J", ["w end", "s start"], &turn, quarter, way),
+        ],
+        &all,
+    )
+}
+
+#[test]
+fn a_way_through_a_junction_is_one_lanelet_whatever_its_ids_are() {
+    let plain = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let renamed = junction(
+        &[
+            (0.0, &[(-1, 3.5, 0.0, -1, -2)]),
+            (8.0, &[(-1, 0.0, 0.0, 0, 0), (-2, 3.5, 0.0, -1, -1)]),
+            (12.0, &[(-1, 3.5, 0.0, -2, -1)]),
+        ],
+        -1,
+    );
+    for text in [plain, renamed] {
+        assert_eq!(errors(&text), Vec::<String>::new());
+        let map = built(&text);
+        let inside =
+            roads(&map).into_iter().filter(|lanelet| lanelet.attributes.get("turn_direction").is_some()).count();
+        assert_eq!(inside, 3);
+    }
+}
+
+#[test]
+fn connecting_roads_back_to_back_share_their_border() {
+    let map = built(&junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1));
+    let straight: Vec<_> =
+        roads(&map).into_iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "straight")).collect();
+    let [a, b] = straight[..] else { panic!("{straight:?}") };
+    assert_eq!(a.left.line, b.left.line);
+}
+
+#[test]
+fn lanes_that_a_file_leads_to_nothing_are_named() {
+    let text = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let from = text.find("<connection id=\"2\"").unwrap();
+    let to = from + text[from..].find("</connection>").unwrap();
+    let mut loose = text.clone();
+    loose.replace_range(from..to, "<connection id=\"2\">");
+    let loose = loose.replace("<road id=\"back\"", "<road id=\"unused\"").replace(
+        "<predecessor elementType=\"road\" elementId=\"w\" contactPoint=\"end\"/><successor elementType=\"road\" elementId=\"e\" contactPoint=\"start\"/></link><type s=\"0\" type=\"town\"><speed max=\"50\" unit=\"km/h\"/></type><planView><geometry s=\"0\" x=\"50\" y=\"0\" hdg=\"0\" length=\"20\"><line/></geometry></planView><lanes>\n<laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><left><lane",
+        "</link><planView/><lanes>\n<laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><left><lane",
+    );
+    let map = built(&loose);
+    let told = map.built.notes.iter().any(|note| note.message.contains("leads nowhere from lane 1 of road e"));
+    assert!(told, "{:?}", map.built.notes);
+    assert_eq!(map.built.settings.loose_ends.ends.len(), 1);
+    assert_eq!(built(&text).built.settings.loose_ends.ends.len(), 0);
+}
