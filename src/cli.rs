@@ -16,6 +16,7 @@ mod fix_summary;
 mod fmt;
 mod gallery;
 mod geometry;
+mod git;
 mod input;
 mod memory;
 mod merge;
@@ -72,6 +73,8 @@ enum Verb {
     Cut(cut::CutArgs),
     Merge(merge::MergeArgs),
     Diff(diff::DiffArgs),
+    GitSetup(git::GitSetupArgs),
+    GitText(git::GitTextArgs),
     /// Find the projection that a map was made with, or convert the map to another
     #[command(subcommand)]
     Project(project::ProjectVerb),
@@ -192,6 +195,8 @@ fn run_verb(verb: Verb) -> Result<u8, Failure> {
         Verb::Merge(args) => merge::run(&args),
         Verb::Project(verb) => project::run(&verb),
         Verb::Diff(args) => diff::run(&args),
+        Verb::GitSetup(args) => git::setup(&args),
+        Verb::GitText(args) => git::text(&args),
         Verb::Stats(args) => stats::run(&args),
         Verb::Planner(args) => planner::run(&args),
         Verb::View(args) => view::run(args),

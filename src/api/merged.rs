@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, Severity, Subject};
-use crate::lanelet::{MAP, ProjectorInfo, locate_files};
+use crate::lanelet::{MAP, ProjectorInfo, is_lanelet2, locate_files};
 use crate::osm::{ElementKind, OsmData, ReadError, read_bytes};
 use crate::report::failure::Failure;
 use crate::settings::Settings;
@@ -71,7 +71,9 @@ pub fn merge_versions(
         true => Some(merged_beside([&base, &own, &other], &merged, &mut conflicts)?),
         false => None,
     };
-    let (new_findings, checked) = match options.unchecked {
+    // A repository may hold roads of OpenStreetMap, too, from which maps are built: no rule speaks of them.
+    let is_map = [&own, &other].iter().all(|version| is_lanelet2(&version.osm));
+    let (new_findings, checked) = match options.unchecked || !is_map {
         true => (Vec::new(), None),
         false => {
             tell("checking");
@@ -167,6 +169,18 @@ fn read_map(file: &Path) -> Result<OsmData, ReadError> {
         read_bytes(&mut osm, &file.display().to_string(), bytes)?;
     }
     Ok(osm)
+}
+
+/// Merges three versions of a `lanewright.toml`, by keys; the text, and what contradicts.
+///
+/// # Errors
+///
+/// Where a file cannot be read or is no TOML.
+pub fn merge_settings_files(files: [&Path; 3]) -> Result<(String, Vec<Conflict>), Error> {
+    let [base, ours, theirs] =
+        files.map(|file| fs::read_to_string(file).map_err(|error| ErrorKind::Read.error(unreadable(file, &error))));
+    merge_settings([&base?, &ours?, &theirs?], &Default::default())
+        .map_err(|error| ErrorKind::Config.error(broken_settings(&error)))
 }
 
 /// What stands beside the merged map.

@@ -14,6 +14,8 @@ mod error;
 pub(crate) mod files;
 mod fixed;
 mod forecasts;
+#[cfg(feature = "cli")]
+mod git;
 mod join;
 mod judge;
 pub(crate) mod layout;
@@ -44,10 +46,12 @@ pub use fixed::{EditedFile, Edits, FixOptions, Fixed};
 pub(crate) use fixed::{mended, undivided};
 pub(crate) use forecasts::forecasts;
 pub use forecasts::{Along, forecast};
+#[cfg(feature = "cli")]
+pub(crate) use git::{GitSetup, MAPS, SetupKind, settings_of_theirs};
 pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
-pub use merged::{MergeOptions, MergedMap, merge_versions};
+pub use merged::{MergeOptions, MergedMap, merge_settings_files, merge_versions};
 pub use own_output::spare;
 pub use tile::TileBuilder;
 pub use tiles::{TileOptions, Tiled, build_tiles};

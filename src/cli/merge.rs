@@ -3,11 +3,13 @@
 use std::io::{Error, Write};
 use std::path::{Path, PathBuf};
 
-use crate::api::{Joined, MergeOptions, MergedMap, merge, merge_versions};
+use crate::api::{
+    Joined, MergeOptions, MergedMap, config, files, merge, merge_settings_files, merge_versions, settings_of_theirs,
+};
 use crate::diagnostic::{Severity, Subject};
 use crate::report::failure::Failure;
 use crate::report::{HarmlessJson, sentence, visible_lines};
-use crate::three_way::{Conflict, Taken};
+use crate::three_way::{Conflict, Taken, renumbered_settings};
 
 use super::args::{CLEAN, output_file};
 use super::input;
@@ -81,9 +83,17 @@ fn run_versions(args: &MergeArgs, base: &Path) -> Result<u8, Failure> {
         return Err(Failure::new(format!("--base merges two versions, and {} are given", args.maps.len()))
             .help("lanewright merge --base BASE OURS THEIRS -o OUT"));
     };
+    if args.path.as_deref().and_then(Path::file_name).is_some_and(|name| name == config::NAME) {
+        return run_settings(args, [base, ours, theirs]);
+    }
     let progress = Progress::start("reading");
     let options = MergeOptions { place: args.path.clone(), unchecked: args.no_check, ..MergeOptions::default() };
-    let merged = merge_versions([base, ours, theirs], &options, &|doing| progress.next(doing))?;
+    let mut merged = merge_versions([base, ours, theirs], &options, &|doing| progress.next(doing))?;
+    if let Some(place) = args.path.as_deref().filter(|_| !merged.merged.renumbered.is_empty()) {
+        for settings in settings_of_theirs(place) {
+            merged.conflicts.extend(renumbered_settings(&settings, &merged.merged.new_ids));
+        }
+    }
     progress.next("writing");
     merged.write(&args.output)?;
     drop(progress);
@@ -96,6 +106,17 @@ fn run_versions(args: &MergeArgs, base: &Path) -> Result<u8, Failure> {
         }
     })?;
     Ok(if merged.needs_a_look() { CONFLICTS } else { CLEAN })
+}
+
+/// Merges three versions of a `lanewright.toml`, which git merges as a file of its own.
+fn run_settings(args: &MergeArgs, files: [&Path; 3]) -> Result<u8, Failure> {
+    let (text, conflicts) = merge_settings_files(files)?;
+    files::write(&args.output, text.as_bytes())?;
+    output::print_beside(Some(&args.output), |out| {
+        let told: String = conflicts.iter().map(Conflict::text).collect();
+        out.write_all(visible_lines(&told).as_bytes())
+    })?;
+    Ok(if conflicts.is_empty() { CLEAN } else { CONFLICTS })
 }
 
 /// What came of a merge, for people: what was merged, new ids, what contradicts, what is found that neither side had.

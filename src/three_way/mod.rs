@@ -16,6 +16,7 @@ mod id_tags;
 mod kept;
 mod lists;
 mod new_ids;
+mod plain_text;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -29,7 +30,8 @@ use crate::diagnostic::Subject;
 use crate::osm::{ElementKind, OsmData};
 
 pub use conflict::{Conflict, Side};
-pub use settings::{SettingsConflict, merge_settings};
+pub use plain_text::plain_text;
+pub use settings::{SettingsConflict, merge_settings, renumbered_settings};
 
 use decide::Decisions;
 use view::View;

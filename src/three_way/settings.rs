@@ -158,6 +158,23 @@ fn renumbered(text: &str, new_ids: &FxHashMap<Key, i64>) -> Result<String, Strin
     Ok(text)
 }
 
+/// A conflict for settings of theirs that name elements by ids which are others now, where somebody has to write the new ones.
+#[must_use]
+pub fn renumbered_settings(theirs: &str, new_ids: &FxHashMap<Key, i64>) -> Option<Conflict> {
+    let renumbered = renumbered(theirs, new_ids).ok().filter(|text| text != theirs)?;
+    let lines = theirs.lines().zip(renumbered.lines()).filter(|(old, new)| old != new);
+    let (old, new): (Vec<&str>, Vec<&str>) = lines.unzip();
+    Some(Conflict {
+        subject: Subject::Map,
+        about: "ids in lanewright.toml of theirs; write the new ones".to_owned(),
+        base: None,
+        ours: Some(new.join(", ")),
+        theirs: Some(old.join(", ")),
+        taken: Side::Ours,
+        at: None,
+    })
+}
+
 /// Where the ids of elements stand beneath a key of the file.
 fn ids_in(
     key: &str,
@@ -264,5 +281,8 @@ mod tests {
         let (text, _) = merge_settings([BASE, BASE, &theirs], &new).unwrap();
         let expected = theirs.replace("ia = 6 ", "ia = 60 ").replace("[6, 7]", "[66, 7]").replace("[6, 1]", "[66, 1]");
         assert_eq!(text, expected);
+        let conflict = renumbered_settings(&theirs, &new).unwrap();
+        assert_eq!(conflict.theirs.as_deref(), Some("ia = 6 # the new one, phases = [[6, 7], [\"N\"]], id = [6, 1]"));
+        assert_eq!(renumbered_settings(BASE, &new), None);
     }
 }

@@ -20,6 +20,8 @@ mod pbf;
 mod pbf_fields;
 mod planner;
 mod small_inputs;
+#[cfg(unix)]
+mod team;
 mod tier4;
 mod tiles;
 #[cfg(unix)]
