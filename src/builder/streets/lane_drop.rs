@@ -1,7 +1,7 @@
 //! Lane drops: a road begins with more lanes than it has farther on, so that as many lanes lead on behind an intersection as before
 //! it, and merge where no other traffic crosses.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
 use crate::builder::network::{End, Feature, Road, RoadEnd, RoadKey, RoadNetwork, Stations};
@@ -9,6 +9,7 @@ use crate::builder::tags::cross_section::{Strip, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::{Point, Polyline};
 
+use super::alignment::straight_where;
 use super::consolidate::network_edit::NetworkEdit;
 
 /// Corners of a line that is moved sideways are mitred up to this many times the distance.
@@ -56,7 +57,11 @@ fn outer_lane(road: &Road, side: DrivingSide, end: End) -> Option<(usize, &Strip
 pub fn with_lane_drops(network: RoadNetwork, kept: &[Stations], drops: &[LaneDrop]) -> (RoadNetwork, Vec<Stations>) {
     let side = network.side;
     let changes = drops.iter().map(|drop| ((drop.at, drop.length), move |road: &mut Road| widen(road, side, drop)));
-    with_other_ends(network, kept, changes)
+    let named = |road: &Road, end: End| (road.key.way, road.node(end));
+    let widened: FxHashSet<(i64, i64)> =
+        drops.iter().map(|drop| named(network.road(drop.at.road), drop.at.end)).collect();
+    let (network, kept) = with_other_ends(network, kept, changes);
+    (straight_where(network, |road, end| widened.contains(&named(road, end))), kept)
 }
 
 /// The network in which the ends of some roads over a length, metres, are roads of their own, and changed. `kept` as in

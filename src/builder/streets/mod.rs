@@ -15,7 +15,7 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 use super::network::{InnerRoad, Intersection, RoadNetwork};
-use alignment::{end_before_carriageways, lay_side_by_side, narrow_roads, smooth_bends};
+use alignment::{end_before_carriageways, lay_side_by_side, narrow_roads, smooth_bends, straight_at_forks};
 use consolidate::{ConsolidateOptions, MergeNote, consolidate, join_continuations};
 use heights::{HeightOptions, with_heights};
 use outline::{Outlines, PlanCache, outlines_within, remaining, resolve_overlaps, wanted};
@@ -42,13 +42,13 @@ pub struct Streets {
     pub findings: Vec<Finding>,
 }
 
-/// Lays out the streets: joins pieces of one road, eases bends, merges intersections, ends roads before carriageways that they are not
+/// Lays out the streets: joins pieces of one road, eases bends, leads lanes straight on at forks, merges intersections, ends roads before carriageways that they are not
 /// joined to, moves overlapping roads side by side, narrows those without room, sets heights, makes the outlines, and leaves out of
 /// their corners what other roads cover.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = join_continuations(network);
     // Snapped now, a road that no stage moves keeps its shape.
-    let network = snap_grid::snap_network(smooth_bends(network));
+    let network = snap_grid::snap_network(straight_at_forks(smooth_bends(network)));
     let mut cache = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &mut cache);
     let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);

@@ -5,6 +5,7 @@ mod narrow_roads;
 mod parallel_roads;
 mod side_order;
 mod smooth_bends;
+mod straight_forks;
 
 use rayon::prelude::*;
 
@@ -18,6 +19,7 @@ pub use dead_ends::end_before_carriageways;
 pub use narrow_roads::narrow_roads;
 pub use parallel_roads::lay_side_by_side;
 pub use smooth_bends::eased;
+pub use straight_forks::{straight_at_forks, straight_where};
 
 /// The network with the bends of every road eased for its width.
 #[must_use]
