@@ -339,6 +339,8 @@ mod tests {
     fn roads_are_named_and_what_is_assumed_can_be_true() {
         assert!(error("[[road]]\ntags = { lanes = \"2\" }\n").message.contains("names no way"));
         assert!(error("[[road]]\nways = [1]\n").message.contains("has no tags"));
+        assert!(error("[[road]]\nways = [1]\nshared_paths = true\n").message.contains("not both"));
+        assert!(Document::parse("a.toml", "[[road]]\nshared_paths = true\n").is_ok());
         for (text, said) in [
             ("lane_width = 30", "2 to 6 metres"),
             ("sidewalk_width = 0", "0.3 to 8 metres"),

@@ -12,6 +12,10 @@ use super::Origin;
 pub struct RoadSettings {
     /// Ids of OpenStreetMap ways.
     pub ways: Vec<i64>,
+    /// Whether it is about all ways of people and bicycles that admit motor vehicles, too (`highway=pedestrian` with `motor_vehicle=yes`
+    /// and their like): they become private roads with a low speed limit.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shared_paths: bool,
     /// Stand in the place of their own; an empty value takes a tag away.
     pub tags: BTreeMap<String, String>,
     /// Why.
@@ -25,8 +29,11 @@ pub struct RoadSettings {
 impl RoadSettings {
     /// What is wrong with it.
     pub(super) fn fault(&self) -> Option<&'static str> {
-        if self.ways.is_empty() {
-            return Some("it names no way");
+        if self.ways.is_empty() != self.shared_paths {
+            return Some("it names no way; name some with `ways`, or all shared paths with `shared_paths = true`, not both");
+        }
+        if self.shared_paths && self.tags.keys().all(|key| !key.is_empty()) {
+            return None;
         }
         (self.tags.is_empty() || self.tags.keys().any(String::is_empty)).then_some("it has no tags")
     }

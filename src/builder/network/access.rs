@@ -70,9 +70,15 @@ fn shared_path(tags: &Tags) -> Option<String> {
     (stated(tags, &[key]) >= Some(Admitted::Private)).then(|| {
         format!(
             "highway={highway} is no road, though cars may use it ({key}={value}); to build it as a private road, give it \
-             `highway = \"service\"`, `{key} = \"private\"` and a `maxspeed` under [[road]] in lanewright.toml"
+             `highway = \"service\"`, `{key} = \"private\"` and a `maxspeed` under [[road]] in lanewright.toml, or to build all of its \
+             kind, `shared_paths = true`"
         )
     })
+}
+
+/// Whether a way for people or bicycles admits motor vehicles, too.
+pub(super) fn is_shared_path(tags: &Tags) -> bool {
+    shared_path(tags).is_some()
 }
 
 /// Ways of people and bicycles.

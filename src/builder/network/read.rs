@@ -11,7 +11,7 @@ use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
 use crate::settings::{AssumeSettings, RoadSettings};
 
-use super::access::{Access, AccessVerdict, Drivable, classify};
+use super::access::{Access, AccessVerdict, Drivable, classify, is_shared_path};
 use super::arm_order::{Ray, clockwise};
 use super::barriers::Barriers;
 use super::crossing_ways::{cut_at_crossings, prohibited_turns};
@@ -27,6 +27,8 @@ use super::{
     islands, mid_block_signals, private_ground, signal_assignment, stop_line_assignment, turning_loops, twin_ways,
 };
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
@@ -35,6 +37,10 @@ const SIMPLIFY: f64 = 0.03;
 
 /// Longest miter join of an offset line, as a multiple of the offset.
 const SHIFT_MITER: f64 = 3.0;
+
+/// The speed limit, km/h, of a shared path without one: vehicles keep to a walking pace, up to 10 km/h, where people walk on the
+/// carriageway.
+const SHARED_PATH_SPEED: u8 = 10;
 
 /// The fault for a `[[road]]` whose way is not in the data.
 pub const UNMET_ROAD: &str = "road-unmet";
@@ -162,16 +168,42 @@ fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) ->
                 notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
                 continue;
             };
-            correct(&mut corrected.entry(*id).or_insert_with(|| way.clone()).tags, setting);
+            correct(&mut corrected.entry(*id).or_insert_with(|| way.clone()).tags, &setting.tags);
+        }
+    }
+    for setting in roads.iter().filter(|setting| setting.shared_paths) {
+        let shared = osm.ways.iter().filter(|way| is_shared_path(&corrected.get(&way.id).unwrap_or(way).tags));
+        for way in shared.collect::<Vec<_>>() {
+            let tags = &mut corrected.entry(way.id).or_insert_with(|| way.clone()).tags;
+            let speed = if tags.has("maxspeed") { String::new() } else { format!(" at {SHARED_PATH_SPEED} km/h") };
+            let highway = tags.get("highway").unwrap_or_default();
+            let message = format!(
+                "way {} (highway={highway}) is built as a private road{speed}, because [[road]] has `shared_paths = true`",
+                way.id
+            );
+            notes.push(Finding::new("path-shared", Subject::Way(way.id), message).graded(Severity::Info));
+            open_shared_path(tags, setting);
         }
     }
     corrected
 }
 
+/// Makes a way of people and bicycles that admits motor vehicles a private road, with the tags of the setting.
+fn open_shared_path(tags: &mut Tags, setting: &RoadSettings) {
+    let mut own = BTreeMap::from([("highway", "service"), ("motor_vehicle", "private"), ("motorcar", "")]);
+    let speed = SHARED_PATH_SPEED.to_string();
+    if !tags.has("maxspeed") {
+        own.insert("maxspeed", &speed);
+    }
+    let own = own.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let own: BTreeMap<String, String> = own.chain(setting.tags.clone()).collect();
+    correct(tags, &own);
+}
+
 /// Puts the tags of a setting in the place of others.
-fn correct(tags: &mut Tags, setting: &RoadSettings) {
-    let others = tags.iter().filter(|(key, _)| !setting.tags.contains_key(*key));
-    let own = setting.tags.iter().filter(|(_, value)| !value.is_empty());
+fn correct(tags: &mut Tags, own: &BTreeMap<String, String>) {
+    let others = tags.iter().filter(|(key, _)| !own.contains_key(*key));
+    let own = own.iter().filter(|(_, value)| !value.is_empty());
     *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
 }
 
@@ -180,9 +212,18 @@ pub fn is_driven(way: &Way, roads: &[RoadSettings]) -> bool {
     let about = roads.iter().rev().filter(|setting| setting.ways.contains(&way.id));
     let corrected = about.fold(None, |corrected: Option<Way>, setting| {
         let mut way = corrected.unwrap_or_else(|| way.clone());
-        correct(&mut way.tags, setting);
+        correct(&mut way.tags, &setting.tags);
         Some(way)
     });
+    let shared = roads.iter().find(|setting| setting.shared_paths);
+    let corrected = match shared.filter(|_| is_shared_path(&corrected.as_ref().unwrap_or(way).tags)) {
+        Some(setting) => {
+            let mut way = corrected.unwrap_or_else(|| way.clone());
+            open_shared_path(&mut way.tags, setting);
+            Some(way)
+        }
+        None => corrected,
+    };
     matches!(classify(corrected.as_ref().unwrap_or(way)), AccessVerdict::Road(_))
 }
 

@@ -4,7 +4,7 @@ use crate::builder::tags::cross_section::{StripKind, Travel};
 use crate::builder::tags::driving_side::Country;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat};
-use crate::settings::Settings;
+use crate::settings::{RoadSettings, Settings};
 
 use super::hand_drawn::{SCALE, osm as data, plane};
 use super::resolved_restrictions::ResolvedRestrictions;
@@ -240,6 +240,24 @@ fn closed_roads_are_named_with_their_tag() {
     }
     let bus = read("access=psv");
     assert!(bus.network.roads[0].section.strips.iter().all(|strip| strip.kind == StripKind::Bus));
+}
+
+#[test]
+fn shared_paths_are_private_roads_where_the_settings_have_it() {
+    let osm = data(&CROSS, &[(10, &[1, 5], "highway=pedestrian motor_vehicle=yes"), (20, &[5, 3], "highway=footway")]);
+    let with = |tags: &[(&str, &str)]| {
+        let tags = tags.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+        let roads = vec![RoadSettings { shared_paths: true, tags, ..RoadSettings::default() }];
+        assert_eq!(osm.ways.iter().map(|way| is_driven(way, &roads)).collect::<Vec<_>>(), [true, false]);
+        let options = NetworkOptions { driving_side: Some(DrivingSide::Right), roads, ..NetworkOptions::default() };
+        let built = road_network(&osm, &plane, &options).unwrap();
+        let [road] = &built.network.roads[..] else { panic!("{:?}", built.network.roads) };
+        assert_eq!(slugs(&built).first(), Some(&"path-shared"), "{:?}", built.notes);
+        (road.public, road.class, road.speed[0])
+    };
+    assert_eq!(with(&[]), (false, RoadClass::Service, 10.0));
+    assert_eq!(with(&[("maxspeed", "6")]), (false, RoadClass::Service, 6.0));
+    assert!(!is_driven(&osm.ways[0], &[]));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use crate::builder::network::hand_drawn::{self, network_of};
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::geometry::{polygon, simple_ring};
 
 use super::outline::OutlineCase;
@@ -247,4 +248,55 @@ fn arms_that_cross_beyond_their_node_have_the_order_of_their_cuts() {
     let at = |way: i64| ways.iter().position(|one| *one == way).unwrap();
     assert_eq!((at(107) + 1) % ways.len(), at(106), "{ways:?}");
     assert_eq!((at(106) + 1) % ways.len(), at(103), "{ways:?}");
+}
+
+/// A street eastward in ways 1 to 5 that becomes one road between its side streets: way 6 leads away north between ways 2 and 3, way 7
+/// between ways 4 and 5. The roads that those who come from the west on the street may take at way 7, by their ways, and the notes.
+fn after_restriction(members: &[(&str, char, i64)], value: &str, sixth: &str) -> (Vec<Vec<i64>>, Vec<&'static str>) {
+    let along = [-200.0, -100.0, 0.0, 60.0, 120.0, 200.0];
+    let mut nodes: Vec<_> = along.iter().zip(1..).map(|(x, id)| (id, *x, 0.0, "")).collect();
+    nodes.extend([(13, 0.0, 90.0, ""), (15, 120.0, 90.0, "")]);
+    let toward = "highway=primary oneway=yes lanes=2 name=Street";
+    let pairs: [[i64; 2]; 5] = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6]];
+    let mut ways: Vec<hand_drawn::DrawnWay<'_>> =
+        pairs.iter().zip(1..).map(|(pair, id)| (id, &pair[..], toward)).collect();
+    ways.extend([(6, &[3_i64, 13][..], sixth), (7, &[5, 15], "highway=primary oneway=yes")]);
+    let mut osm = hand_drawn::osm(&nodes, &ways);
+    hand_drawn::restrict(&mut osm, 99, &format!("restriction={value}"), members);
+    let network = streets(hand_drawn::network(&osm), &StreetOptions::default()).network;
+    let (restrictions, notes) = ResolvedRestrictions::new(&network);
+    let corner = network.intersections.iter().find(|it| it.nodes == [5]).unwrap();
+    let from = corner.arms.iter().find(|arm| network.road(arm.road).ways.contains(&4)).unwrap();
+    let to = corner.arms.iter().filter(|to| *to != from && restrictions.permit(corner, *from, **to));
+    let mut to: Vec<Vec<i64>> = to.map(|to| network.road(to.road).ways.clone()).collect();
+    to.sort();
+    (to, notes.iter().map(|note| note.fault).collect())
+}
+
+#[test]
+fn restrictions_hold_where_their_ways_become_one_road() {
+    const AWAY: &str = "highway=primary oneway=yes";
+    const TOWARD: &str = "highway=primary oneway=-1";
+    let left = |from: i64, via: &[i64]| {
+        let mut members = vec![("from", 'w', from), ("to", 'w', 7)];
+        members.extend(via.iter().map(|way| ("via", 'w', *way)));
+        members
+    };
+    let ahead = vec![vec![5]];
+    // Two `via` ways are one road; `from` has become one with the way before it.
+    assert_eq!(after_restriction(&left(2, &[3, 4]), "no_left_turn", AWAY), (ahead.clone(), vec![]));
+    // `from` and `via` are one road: whoever is on it comes from `from`.
+    assert_eq!(after_restriction(&left(3, &[4]), "no_left_turn", AWAY), (ahead.clone(), vec![]));
+    assert_eq!(after_restriction(&left(3, &[4]), "no_left_turn", TOWARD), (ahead.clone(), vec![]));
+    // Three and four `via` ways.
+    assert_eq!(after_restriction(&left(1, &[2, 3, 4]), "no_left_turn", AWAY), (ahead, vec![]));
+    // Those who come out of the side street make the same turn and may.
+    let both = vec![vec![5], vec![7]];
+    let noted = vec!["restriction-not-built"];
+    assert_eq!(after_restriction(&left(2, &[3, 4]), "no_left_turn", TOWARD), (both.clone(), noted.clone()));
+    assert_eq!(after_restriction(&left(1, &[2, 3, 4]), "no_left_turn", TOWARD), (both, noted));
+    // `to` has become one with `via`: all that is left forbids to enter what leads on to it.
+    let straight = [("from", 'w', 2), ("via", 'w', 3), ("to", 'w', 4)];
+    let (to, notes) = after_restriction(&straight, "no_straight_on", AWAY);
+    assert!(to.len() == 2 && notes.len() <= 1, "{to:?} {notes:?}");
 }
