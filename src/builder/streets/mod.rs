@@ -42,19 +42,19 @@ pub struct Streets {
     pub findings: Vec<Finding>,
 }
 
-/// Lays out the streets: joins pieces of one road, eases bends, leads lanes straight on at forks, merges intersections, ends roads before carriageways that they are not
-/// joined to, moves overlapping roads side by side, narrows those without room, sets heights, makes the outlines, and leaves out of
+/// Lays out the streets: joins pieces of one road, eases bends, merges intersections, ends roads before carriageways that they are not
+/// joined to, moves overlapping roads side by side, leads lanes straight on at forks, narrows those without room, sets heights, makes the outlines, and leaves out of
 /// their corners what other roads cover.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = join_continuations(network);
     // Snapped now, a road that no stage moves keeps its shape.
-    let network = snap_grid::snap_network(straight_at_forks(smooth_bends(network)));
+    let network = snap_grid::snap_network(smooth_bends(network));
     let mut cache = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &mut cache);
     let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);
     let network = end_before_carriageways(network);
     let cut = wanted(&network, &mut cache);
-    let (network, narrowed) = narrow_roads(lay_side_by_side(network, &cut), &cut);
+    let (network, narrowed) = narrow_roads(straight_at_forks(lay_side_by_side(network, &cut)), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);
     findings.extend(narrowed);
     findings.extend(steep);

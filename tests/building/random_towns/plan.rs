@@ -18,10 +18,18 @@ pub struct Way {
     pub reversed: bool,
 }
 
+/// A turn restriction over ways, each of which begins where the one before it ends; over this node if they are two.
+pub struct Restriction {
+    pub ways: Vec<usize>,
+    pub node: Option<usize>,
+    pub value: &'static str,
+}
+
 #[derive(Default)]
 pub struct Plan {
     pub nodes: Vec<Node>,
     pub ways: Vec<Way>,
+    pub restrictions: Vec<Restriction>,
 }
 
 /// Two nodes nearer than this, metres, are one.
@@ -180,6 +188,17 @@ impl Plan {
             // The lane in the middle is for those who turn to the far side.
             let far = if left_hand { "both_ways=right" } else { "both_ways=left" };
             xml.way(id, nodes, &way.tags.replace("both_ways=left", far));
+        }
+        for (id, Restriction { ways, node, value }) in (1..).zip(&self.restrictions) {
+            let last = ways.len() - 1;
+            let role = |at: usize| match at {
+                0 => "from",
+                _ if at == last => "to",
+                _ => "via",
+            };
+            let ways = ways.iter().enumerate().map(|(at, way)| (role(at), 'w', *way as i64 + 1));
+            let members: Vec<_> = ways.chain(node.map(|node| ("via", 'n', node as i64 + 1))).collect();
+            xml.members(id, &members, &format!("type=restriction restriction={value}"));
         }
         xml.xml()
     }
