@@ -30,7 +30,9 @@ impl RoadSettings {
     /// What is wrong with it.
     pub(super) fn fault(&self) -> Option<&'static str> {
         if self.ways.is_empty() != self.shared_paths {
-            return Some("it names no way; name some with `ways`, or all shared paths with `shared_paths = true`, not both");
+            return Some(
+                "it names no way; name some with `ways`, or all shared paths with `shared_paths = true`, not both",
+            );
         }
         if self.shared_paths && self.tags.keys().all(|key| !key.is_empty()) {
             return None;

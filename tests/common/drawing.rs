@@ -28,7 +28,8 @@ impl Drawing {
     /// A relation of nodes (`n`) and ways (`w`), each with its role.
     pub fn members(&mut self, id: impl Display, members: &[(&str, char, i64)], tags: &str) {
         let kind = |kind: char| if kind == 'n' { "node" } else { "way" };
-        let member = |(role, k, id): &(&str, char, i64)| format!("<member type='{}' role='{role}' ref='{id}'/>", kind(*k));
+        let member =
+            |(role, k, id): &(&str, char, i64)| format!("<member type='{}' role='{role}' ref='{id}'/>", kind(*k));
         let members: String = members.iter().map(member).collect();
         write!(self.0, "<relation id='{id}'>{members}{}</relation>", tags_of(tags)).unwrap();
     }

@@ -148,3 +148,19 @@ fn a_map_across_squares_is_judged_under_another_projection() {
     let told = lanewright(dir.path(), &["project", "infer", "m.osm"]).stdout;
     assert!(told.contains("projector_type: TransverseMercator") && !told.contains("-0.0\n"), "{told}");
 }
+
+/// A street of 317 m over the border between two squares of 100 km.
+#[test]
+fn mgrs_names_the_border_that_the_data_crosses() {
+    let dir = tempfile::tempdir().unwrap();
+    let nodes = [(1, 48.0900, 11.6824), (2, 48.0900, 11.6867)];
+    let nodes = nodes.map(|(id, lat, lon)| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\"/>")).concat();
+    let way = "<way id=\"9\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"highway\" v=\"residential\"/></way>";
+    fs::write(dir.path().join("street.osm"), format!("<osm version=\"0.6\">{nodes}{way}</osm>")).unwrap();
+    lanewright(dir.path(), &["build", "street.osm", "-o", "map", "--projector", "MGRS"]).fails_saying(&[
+        "32UPU",
+        "32UQU",
+        "--projector TransverseMercator",
+    ]);
+    lanewright(dir.path(), &["build", "street.osm", "-o", "map"]).exits(0);
+}

@@ -20,6 +20,34 @@ fn bus_lanes(map: &LaneletMap) -> [[usize; 2]; 2] {
     count
 }
 
+/// A link leaves a one-way street at an angle, and fewer lanes go on: they lead straight on.
+#[test]
+fn lanes_lead_straight_on_where_a_link_leaves() {
+    for side in SIDES {
+        for (class, link) in
+            [("primary", "primary_link"), ("residential", "residential"), ("trunk", "trunk_link lanes=2")]
+        {
+            for degrees in [12.0_f64, 22.0, 26.0, -26.0, 35.0, 60.0] {
+                let end = [degrees.to_radians().cos() * 150.0, degrees.to_radians().sin() * 150.0];
+                let nodes = [(1, 0.0, 0.0, ""), (2, -150.0, 0.0, ""), (3, 150.0, 0.0, ""), (4, end[0], end[1], "")];
+                let street = format!("highway={class} oneway=yes");
+                let before = format!("{street} lanes=3 turn:lanes:forward=reverse|through|through");
+                let link = format!("highway={link} oneway=yes");
+                let ways: [(i64, &[i64], &str); 3] =
+                    [(12, &[2, 1], &before), (13, &[1, 3], &street), (14, &[1, 4], &link)];
+                let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+                // Where one leaves at a wide angle, the fork is an intersection; nobody meets another there.
+                let harmless = ["vm-03-01/no-right-of-way", "vm-03-12/no-conflict"];
+                let found = found_of_geometry(&map, &settings);
+                assert!(
+                    found.iter().all(|one| harmless.contains(&one.as_str())),
+                    "{side:?} {class} {degrees}: {found:?}"
+                );
+            }
+        }
+    }
+}
+
 /// The left and the right node at which a lanelet begins (`first`) or ends.
 fn ends(map: &LaneletMap, lane: &Lanelet, first: bool) -> [PointId; 2] {
     [lane.left, lane.right].map(|bound| {

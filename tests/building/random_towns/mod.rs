@@ -47,7 +47,8 @@ fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
     let side = if left_hand { DrivingSide::Left } else { DrivingSide::Right };
     let built = build(&osm(xml), &BuildOptions { driving_side: Some(side), ..BuildOptions::default() }).unwrap();
     // Where the tags close all that a lane leads to, the input is at fault, and a note names the place.
-    let is_closed = |one: &Diagnostic| CLOSED_LANES.contains(&one.code.as_str()) && has_note(&built.notes, "lane-closed");
+    let is_closed =
+        |one: &Diagnostic| CLOSED_LANES.contains(&one.code.as_str()) && has_note(&built.notes, "lane-closed");
     let mut found = judge(&Loaded { map: built.map, faults: Vec::new() }, &built.settings);
     found.retain(|one| one.severity == Severity::Error && !is_closed(one));
     found

@@ -4,7 +4,7 @@
 //! the other side by half of it, and all lanes would swing with it inside the intersection. Here the line of the road that goes on
 //! begins where its lanes come from, and reaches its own place farther on.
 
-use crate::builder::network::road_end::{at_depth, inward, on_cut};
+use crate::builder::network::road_end::{at_depth, inward, on_cut, outward};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, Strip, Travel};
 use crate::geometry::{Point, Polyline, Vector, angle_between, left_of};
@@ -13,6 +13,8 @@ use super::set_line;
 
 /// The road that goes on turns by less than this, radians: 15 degrees.
 const STRAIGHT_ON: f64 = std::f64::consts::PI / 12.0;
+/// How far up two roads it shows which leaves to the left of the other, metres.
+const BEARING: f64 = 30.0;
 /// The lanes are shifted by at most this, metres: two wide lanes.
 const LARGEST: f64 = 7.5;
 /// Smaller shifts, metres, are not seen.
@@ -72,7 +74,7 @@ fn shift(network: &RoadNetwork, at: &Intersection) -> Option<(RoadEnd, f64)> {
     let ahead = direction(network, common);
     let turn = |arm: RoadEnd| angle_between(ahead, -direction(network, arm));
     let (main, side) = if turn(x).abs() <= turn(y).abs() { (x, y) } else { (y, x) };
-    let leaves_left = turn(side) > turn(main);
+    let leaves_left = angle_between(bearing(network, main), bearing(network, side)) > 0.0;
     if turn(main).abs() >= STRAIGHT_ON || on(main) >= whole || network.road(main.road).roundabout {
         return None;
     }
@@ -80,10 +82,13 @@ fn shift(network: &RoadNetwork, at: &Intersection) -> Option<(RoadEnd, f64)> {
         return None;
     }
     // The edge on the side where nothing leaves goes straight on.
-    let through = |strip: &Strip| strip.arrows.is_none() || strip.arrows.has(Arrows::THROUGH);
+    let through = |strip: &Strip| strip.arrows != Arrows::REVERSE;
     let from = outer_edge(network, common, leaves_left, through)?;
     let gap = (from - outer_edge(network, main, !leaves_left, |_| true)?).dot(&left_of(ahead));
-    (LEAST..=LARGEST).contains(&gap.abs()).then_some(())?;
+    // The lanes of the road that goes on lie away from those that leave, unless some only turn back.
+    let is_away = leaves_left == (gap < 0.0);
+    let turns_back = network.road(common.road).section.driven().any(|(_, strip)| !through(strip));
+    ((is_away || turns_back) && (LEAST..=LARGEST).contains(&gap.abs())).then_some(())?;
     // To the left of `ahead` is to the left of a line that leads away from the intersection.
     Some((main, if main.end == End::Start { gap } else { -gap }))
 }
@@ -97,6 +102,12 @@ fn lanes(network: &RoadNetwork, arm: RoadEnd) -> usize {
 fn direction(network: &RoadNetwork, arm: RoadEnd) -> Vector {
     let road = network.road(arm.road);
     inward(road, arm.end, at_depth([0.0, road.line.length()], arm.end, 0.0))
+}
+
+/// The direction from the intersection to a place on a road.
+fn bearing(network: &RoadNetwork, arm: RoadEnd) -> Vector {
+    let road = network.road(arm.road);
+    outward(road, arm.end, BEARING.min(road.line.length()))
 }
 
 /// The edge of the outermost of these lanes for motor vehicles at a road end, on the right looking into the intersection, or on the
