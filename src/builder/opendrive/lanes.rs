@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::diagnostic::{Finding, Severity};
 use crate::settings::{BesideSettings, BicycleLanes};
-use crate::xodr::{Lane, Road};
+use crate::xodr::{self, Lane, Road, Section};
 
 use super::contacts::{Contact, LaneEnd, contacts, is_micro};
 use super::lane_use::LaneUse;
@@ -13,7 +13,7 @@ use super::lines::{Lines, One, SideRun, StretchLanes};
 use super::nodes::{EndNodes, Nodes, sides};
 use super::runs::runs;
 use super::scene::{Drawn, Piece, Scene, note};
-use super::stretches::ONE_BORDER;
+use super::stretches::{ONE_BORDER, strip};
 
 /// A way through a junction that is narrower than this everywhere, metres, is none.
 const NO_WIDTH: f64 = 0.3;
@@ -188,30 +188,35 @@ fn used<'a>(scene: &'a Scene, stretch: usize) -> Vec<(&'a Lane, LaneUse)> {
 
 /// The strips beside the driven lanes that become lanelets: shoulders with parked cars, and lanes for bicycles.
 fn side_runs(scene: &Scene, stretch: usize, driven: &[(&Lane, LaneUse)], beside: &BesideSettings) -> Vec<SideRun> {
-    let (road, section) = (scene.road(stretch), scene.section(stretch));
-    if road.junction.is_some() {
+    let (road, sections) = (scene.road(stretch), scene.sections(stretch));
+    if road.junction.is_some() || driven.is_empty() {
         return Vec::new();
     }
     let mut runs = Vec::new();
     for side in [1, -1] {
-        let Some(last) = driven.iter().map(|(lane, _)| lane.id * side).filter(|id| *id > 0).max() else { continue };
-        let use_at = |id: i64| section.lane(id * side).map_or(LaneUse::None, LaneUse::of);
-        let first = use_at(last + 1);
-        let wanted = match first {
+        let Some((used, [first, last])) = sections.first().and_then(|section| strip(section, side)) else { continue };
+        let wanted = match used {
             LaneUse::Shoulder => beside.shoulders,
             LaneUse::Bicycles => beside.bicycle_lanes != BicycleLanes::None,
             _ => false,
         };
-        if !wanted {
+        let inner = xodr::inner(first);
+        let goes_on = sections.iter().all(|section| strip(section, side) == Some((used, [first, last])));
+        if !wanted || !goes_on || !driven.iter().any(|(lane, _)| lane.id == inner) {
             continue;
         }
-        let end = (last + 1..).take_while(|id| use_at(*id) == first).last().unwrap_or(last + 1);
-        let [from, to] = scene.stretches[stretch].span;
-        let width = |station: f64| (last + 1..=end).map(|id| section.width(road, id * side, station)).sum::<f64>();
-        let least = if first == LaneUse::Bicycles { NARROW_BICYCLES } else { NARROW_SHOULDER };
+        let least = if used == LaneUse::Bicycles { NARROW_BICYCLES } else { NARROW_SHOULDER };
         // A part of a strip narrower than that is a part of the border, whatever lies behind.
-        if [from, scene.middle(stretch), to].into_iter().all(|station| width(station) >= least) {
-            runs.push(SideRun { used: first, lanes: [last * side, end * side] });
+        let span = scene.stretches[stretch].span;
+        let wide = |section: &&Section| {
+            let [from, to] = [section.span[0].max(span[0]), section.span[1].min(span[1])];
+            [from, f64::midpoint(from, to), to].into_iter().all(|station| {
+                let [a, b] = [inner, last].map(|border| section.offset(road, border, station));
+                (a - b).abs() >= least
+            })
+        };
+        if sections.iter().all(wide) {
+            runs.push(SideRun { used, lanes: [inner, last] });
         }
     }
     runs

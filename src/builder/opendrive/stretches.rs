@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
 
 use super::lane_use::LaneUse;
+use super::nodes::sides;
 use super::signal_use::lights_between;
 
 /// Sections and roads shorter than this, metres, are dissolved: exporters leave some of a micrometre.
@@ -127,9 +128,9 @@ fn width_at(road: &Road, sections: &[&Section], station: f64, lane: i64) -> f64 
 /// The lanes for motor vehicles along these sections; on a connecting road a piece may be narrow of a lane that becomes wide.
 fn driven(road: &Road, sections: &[&Section], span: [f64; 2], connecting: bool) -> Vec<i64> {
     let least = if connecting { ONE_BORDER } else { OPEN + WIDTH_NOISE };
-    let lanes = sections.first().map_or(&[][..], |section| &section.lanes);
+    let lanes = sections.first().into_iter().flat_map(|section| vehicle_lanes(section));
     let wide = |lane: &&Lane| widths(road, sections, span, lane.id).iter().any(|(_, width)| *width > least);
-    lanes.iter().filter(|lane| LaneUse::of(lane).is_driven()).filter(wide).map(|lane| lane.id).collect()
+    lanes.filter(wide).map(|lane| lane.id).collect()
 }
 
 /// The stations at which a lane becomes wide that begins or ends without width between two others.
@@ -199,7 +200,13 @@ fn steps(before: &Section, after: &Section) -> Vec<[i64; 2]> {
     all
 }
 
-/// Whether all lanes lead from the kept section before to this one and are of one kind in both.
+/// The lanes for motor vehicles of a section.
+fn vehicle_lanes(section: &Section) -> impl Iterator<Item = &Lane> {
+    section.lanes.iter().filter(|lane| LaneUse::of(lane).is_driven())
+}
+
+/// Whether all lanes for motor vehicles lead from the kept section before to this one and are of one kind in both. What lies beside them
+/// changes often in surveys.
 fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
     let [before, after] = [at - 1, at].map(|at| &road.sections[cut.kept[at]]);
     let same = |(a, b): (&Lane, &Lane)| {
@@ -208,19 +215,20 @@ fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
             && (a.reversed, a.both_ways) == (b.reversed, b.both_ways)
             && a.access == b.access
     };
-    let links = &cut.links[at - 1];
-    let shown = |lane: &&Lane| LaneUse::of(lane) != LaneUse::None;
-    before.lanes.len() == after.lanes.len()
-        && before.lanes.iter().zip(&after.lanes).all(same)
+    let links: Vec<[i64; 2]> = vehicle_lanes(before)
+        .flat_map(|lane| cut.links[at - 1].iter().copied().filter(|[from, _]| *from == lane.id))
+        .filter(|[_, to]| vehicle_lanes(after).any(|lane| lane.id == *to))
+        .collect();
+    vehicle_lanes(before).count() == vehicle_lanes(after).count()
+        && vehicle_lanes(before).zip(vehicle_lanes(after)).all(same)
         && links.iter().all(|[a, b]| a == b)
-        && before.lanes.iter().filter(shown).all(|lane| {
+        && vehicle_lanes(before).all(|lane| {
             let widths = [before, after].map(|section| section.width(road, lane.id, after.span[0]));
-            let linked = !LaneUse::of(lane).is_driven() || links.contains(&[lane.id; 2]);
-            linked && (widths[0] - widths[1]).abs() < SAME_WIDTH && widths[1] > SAME_WIDTH
+            links.contains(&[lane.id; 2]) && (widths[0] - widths[1]).abs() < SAME_WIDTH && widths[1] > SAME_WIDTH
         })
 }
 
-/// The stations at which the paint or the speed limit of a lane changes.
+/// The stations at which the paint or the speed limit of a lane for motor vehicles changes, or the strip beside them.
 fn changes(road: &Road, kept: &[usize]) -> Vec<f64> {
     let mut found: Vec<f64> = road.speeds.iter().map(|(station, _)| *station).chain(lights_between(road)).collect();
     for (&i, next) in kept.iter().zip(kept.iter().skip(1).map(Some).chain([None])) {
@@ -228,23 +236,24 @@ fn changes(road: &Road, kept: &[usize]) -> Vec<f64> {
         let own = |marks: &[RoadMark]| {
             marks.windows(2).filter(|p| !alike(Some(&p[0]), Some(&p[1]))).map(|p| p[1].start).collect::<Vec<_>>()
         };
-        let lanes = section.lanes.iter();
-        let inside = lanes.flat_map(|lane| own(&lane.marks).into_iter().chain(lane.speeds.iter().map(|speed| speed.0)));
-        let inside = inside.chain(own(&section.centre_marks));
+        let mut borders: Vec<i64> = vehicle_lanes(section).flat_map(|lane| sides(lane.id)).collect();
+        borders.sort_unstable();
+        borders.dedup();
+        let painted = section.lanes.iter().filter(|lane| borders.contains(&lane.id)).flat_map(|lane| own(&lane.marks));
+        let limited = vehicle_lanes(section).flat_map(|lane| lane.speeds.iter().map(|speed| speed.0));
+        let inside = painted.chain(limited).chain(own(&section.centre_marks));
         found.extend(inside.filter(|start| *start > 0.0).map(|start| section.span[0] + start));
         let Some(&next) = next else { continue };
         let after = &road.sections[next];
-        let borders = section.lanes.iter().map(|lane| lane.id).chain([0]);
         let station = after.span[0];
-        let repainted = borders
-            .into_iter()
-            .any(|border| !alike(section.mark(border, section.span[1]), after.mark(border, station)));
+        let repainted =
+            borders.iter().any(|border| !alike(section.mark(*border, section.span[1]), after.mark(*border, station)));
         let limits = |section: &Section, lane: &Lane, station| road.speed(section, lane, station);
-        let limited = section.lanes.iter().any(|lane| {
+        let limited = vehicle_lanes(section).any(|lane| {
             let other = after.lane(lane.id);
             other.is_some_and(|other| limits(section, lane, section.span[1] - 1e-6) != limits(after, other, station))
         });
-        if repainted || limited {
+        if repainted || limited || [1, -1].into_iter().any(|side| strip(section, side) != strip(after, side)) {
             found.push(station);
         }
     }
@@ -252,6 +261,15 @@ fn changes(road: &Road, kept: &[usize]) -> Vec<f64> {
     found.dedup();
     found.retain(|station| *station > 0.0 && *station < road.length);
     found
+}
+
+/// What lies beside the driven lanes on a side, 1 for the left one, and the ids of the first and the last of its lanes.
+pub fn strip(section: &Section, side: i64) -> Option<(LaneUse, [i64; 2])> {
+    let last = vehicle_lanes(section).map(|lane| lane.id * side).filter(|id| *id > 0).max()?;
+    let use_at = |id: i64| section.lane(id * side).map_or(LaneUse::None, LaneUse::of);
+    let used = use_at(last + 1);
+    let end = (last + 1..).take_while(|id| use_at(*id) == used && section.lane(*id * side).is_some()).last()?;
+    (used != LaneUse::None).then_some((used, [(last + 1) * side, end * side]))
 }
 
 fn alike(a: Option<&RoadMark>, b: Option<&RoadMark>) -> bool {
