@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Key;
 use super::id_tags;
+use super::versions::Key;
 use crate::osm::{ElementKind, Member, Node, OsmData, Tags};
 use crate::projection::LonLat;
 

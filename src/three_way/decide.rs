@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::conflict::{Conflict, Side};
 use super::content::Content;
 use super::fields::{self, Clash};
+use super::versions::{Deletions, Key, Taken};
 use super::view::{View, plain};
-use super::{Conflict, Deletions, Key, Side, Taken};
 use crate::osm::ElementKind;
 use crate::projection::LonLat;
 

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Key;
 use super::content::Content;
 use super::lists;
+use super::versions::Key;
 use crate::osm::{ElementKind, Member};
 
 /// A field of which both sides say something else than before, and not the same.

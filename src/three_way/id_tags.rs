@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rustc_hash::FxHashMap;
 
-use super::Key;
+use super::versions::Key;
 use crate::osm::ElementKind;
 
 /// Their value is the id of a way.

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::conflict::Side;
 use super::decide::{Decision, Decisions};
 use super::fields::Clash;
+use super::versions::Key;
 use super::view::View;
-use super::{Key, Side};
 
 /// Puts back what was deleted and is needed, and says so.
 pub(super) fn keep_what_is_needed(decisions: &mut Decisions, sides: [&View<'_>; 3]) {

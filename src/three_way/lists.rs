@@ -29,14 +29,16 @@ pub(super) fn merged<T: Hash + Eq + Copy>(
             (None, None) => break,
             (Some(one), Some(other)) if one == other => {
                 let one = (*one).clone();
-                (own.next(), others.next());
+                own.next();
+                others.next();
                 (one.old, one.new)
             }
             (Some(one), Some(other)) if one.old.is_empty() && one.old == other.old => {
                 let place = one.old.clone();
                 let before = place.start.checked_sub(1).and_then(|at| base.get(at).copied());
                 let new = in_order(before, [&one.new, &other.new], base.get(place.end).copied())?;
-                (own.next(), others.next());
+                own.next();
+                others.next();
                 (place, new)
             }
             (Some(one), Some(other)) if overlap(&one.old, &other.old) => return None,

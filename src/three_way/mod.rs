@@ -15,6 +15,7 @@ mod fields;
 mod id_tags;
 mod kept;
 mod lists;
+mod meta_info;
 mod new_ids;
 mod plain_text;
 mod settings;
@@ -27,51 +28,14 @@ mod written;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::Subject;
-use crate::osm::{ElementKind, OsmData};
 
 pub use conflict::{Conflict, Side};
 pub use plain_text::plain_text;
 pub use settings::{SettingsConflict, merge_settings, renumbered_settings};
+pub use versions::{Deletions, Key, Taken, Versions};
 
 use decide::Decisions;
 use view::View;
-
-/// Kind and id of an element.
-pub type Key = (ElementKind, i64);
-
-/// Who wins where one side has deleted what the other has changed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Deletions {
-    /// The change: nothing is lost.
-    #[default]
-    Kept,
-    /// The deletion, where ours has deleted: what a person took out of a built map stays out.
-    OfOursStand,
-}
-
-/// What is merged: three maps of one file each.
-#[derive(Clone, Copy, Debug)]
-pub struct Versions<'a> {
-    /// What both sides began with.
-    pub base: &'a OsmData,
-    /// The side whose text is kept where it can be.
-    pub ours: &'a OsmData,
-    /// The other side.
-    pub theirs: &'a OsmData,
-}
-
-/// How many elements of theirs are in the result that ours did not have so.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Taken {
-    /// That ours does not have.
-    pub added: usize,
-    /// That ours has as they were.
-    pub changed: usize,
-    /// That both have changed, each something else of them.
-    pub combined: usize,
-    /// That theirs has deleted.
-    pub removed: usize,
-}
 
 /// A merged map.
 #[derive(Clone, Debug)]
@@ -99,7 +63,7 @@ pub fn merge(versions: Versions<'_>, deletions: Deletions) -> Merged {
     kept::keep_what_is_needed(&mut decisions, [&base, &ours, &theirs]);
     let (conflicts, taken) = decisions.summed_up([&base, &ours, &theirs]);
     let text = written::text(&decisions, &ours, &theirs);
-    let text = versions::merged(&text, [versions.base, versions.ours, versions.theirs]);
+    let text = meta_info::merged(&text, [versions.base, versions.ours, versions.theirs]);
     let mut renumbered: Vec<(Key, i64)> = new_ids.iter().map(|(key, id)| (*key, *id)).collect();
     renumbered.sort_unstable();
     let renumbered = renumbered

@@ -2,8 +2,9 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::fields;
+use super::versions::{Key, Versions};
 use super::view::View;
-use super::{Key, Versions, fields};
 use crate::osm::{ElementKind, OsmData};
 
 /// The new ids, by kind and the id that both sides have taken.

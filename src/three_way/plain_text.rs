@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::Key;
+use super::versions::Key;
 use super::view::{View, plain};
 use crate::diagnostic::Subject;
 use crate::osm::{ElementKind, OsmData};

@@ -7,7 +7,9 @@ use rustc_hash::FxHashMap;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
-use super::{Conflict, Key, Side, lists};
+use super::conflict::{Conflict, Side};
+use super::lists;
+use super::versions::Key;
 use crate::diagnostic::Subject;
 use crate::osm::ElementKind;
 

@@ -1,49 +1,40 @@
-//! The versions that a map gives itself in `<MetaInfo>`.
+//! What is merged, and how much of it was taken.
 
-use quick_xml::escape::escape;
+use crate::osm::{ElementKind, OsmData};
 
-use crate::osm::element::Element;
-use crate::osm::{OsmData, attribute};
+/// Kind and id of an element.
+pub type Key = (ElementKind, i64);
 
-/// The text of ours with the versions that theirs has changed; of two numbers that both have raised, the higher.
-pub(super) fn merged(text: &str, maps: [&OsmData; 3]) -> String {
-    let versions = maps.map(|osm| osm.meta.clone().unwrap_or_default());
-    let [base, ours, theirs] = versions.each_ref();
-    let mut text = text.to_owned();
-    for (name, said) in [
-        ("format_version", [&base.format_version, &ours.format_version, &theirs.format_version]),
-        ("map_version", [&base.map_version, &ours.map_version, &theirs.map_version]),
-    ] {
-        let [was, own, other] = said.map(|version| version.as_deref());
-        let number = |version: Option<&str>| version.and_then(|version| version.trim().parse::<u64>().ok());
-        let is_newer = own == was || number(own).zip(number(other)).is_some_and(|(own, other)| own < other);
-        if let Some(version) = other.filter(|_| other != was && other != own && is_newer) {
-            set(&mut text, name, version);
-        }
-    }
-    text
+/// Who wins where one side has deleted what the other has changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Deletions {
+    /// The change: nothing is lost.
+    #[default]
+    Kept,
+    /// The deletion, where ours has deleted: what a person took out of a built map stays out.
+    OfOursStand,
 }
 
-/// Writes a version into the head of a map.
-fn set(text: &mut String, name: &str, version: &str) {
-    const META: &str = "<MetaInfo";
-    let escaped = escape(version);
-    if let Some(start) = text.find(META) {
-        let Some(end) = text.get(start..).and_then(|rest| rest.find('>')).map(|end| start + end + 1) else { return };
-        let tag = text.get(start..end).unwrap_or_default().to_owned();
-        let written = match attribute(&tag, name) {
-            Some((from, to)) => {
-                [tag.get(..from), Some(escaped.as_ref()), tag.get(to..)].into_iter().flatten().collect()
-            }
-            None => tag.replacen(META, &format!("{META} {name}=\"{escaped}\""), 1),
-        };
-        text.replace_range(start..end, &written);
-        return;
-    }
-    let root = text.find("<osm").and_then(|start| Some(start + text.get(start..)?.find('>')? + 1));
-    if let Some(behind) = root {
-        let mut element = Element::without_id("MetaInfo", "\n  ");
-        element.set_attribute(name, version);
-        text.insert_str(behind, &element.render());
-    }
+/// What is merged: three maps of one file each.
+#[derive(Clone, Copy, Debug)]
+pub struct Versions<'a> {
+    /// What both sides began with.
+    pub base: &'a OsmData,
+    /// The side whose text is kept where it can be.
+    pub ours: &'a OsmData,
+    /// The other side.
+    pub theirs: &'a OsmData,
+}
+
+/// How many elements of theirs are in the result that ours did not have so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Taken {
+    /// That ours does not have.
+    pub added: usize,
+    /// That ours has as they were.
+    pub changed: usize,
+    /// That both have changed, each something else of them.
+    pub combined: usize,
+    /// That theirs has deleted.
+    pub removed: usize,
 }

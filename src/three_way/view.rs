@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use rustc_hash::FxHashMap;
 
-use super::Key;
 use super::content::Content;
 use super::id_tags;
+use super::versions::Key;
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Member, OsmData, OsmText, Tags};

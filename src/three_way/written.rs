@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rustc_hash::FxHashMap;
 
-use super::Key;
 use super::content::{Content, LOCAL};
 use super::decide::{Decision, Decisions};
+use super::versions::Key;
 use super::view::{MARGIN, View};
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, OsmText};
