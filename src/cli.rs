@@ -124,6 +124,7 @@ impl Verb {
     /// The maps that are read.
     fn maps(&self) -> Vec<&Path> {
         match self {
+            Self::Build(args) => args.keep.iter().map(PathBuf::as_path).collect(),
             Self::Check(args) => args.maps.iter().map(PathBuf::as_path).collect(),
             Self::Draw(args) => args.map.iter().chain(args.compare.iter().flatten()).map(PathBuf::as_path).collect(),
             Self::Fix(args) => vec![&args.map],

@@ -43,7 +43,7 @@ pub struct MergedMap {
     /// The map as it is checked, with all of its findings; `None` where it is unchecked.
     pub checked: Option<Checked>,
     /// What stands beside it, where maps were given as directories.
-    beside: Option<Vec<(String, String)>>,
+    pub(super) beside: Option<Vec<(String, String)>>,
     /// The directory or file of ours, which may be written over.
     ours: PathBuf,
 }
@@ -59,25 +59,33 @@ pub fn merge_versions(
     options: &MergeOptions,
     tell: &dyn Fn(&str),
 ) -> Result<MergedMap, Error> {
-    let versions = [base, ours, theirs].map(Version::read);
-    let [base, own, other] = versions;
-    let (base, own, other) = (base?, own?, other?);
-    let place = options.place.as_deref().unwrap_or(ours);
+    let (base, own, other) = (Version::read(base)?, Version::read(ours)?, Version::read(theirs)?);
+    merge_read([&base, &own, &other], options.place.as_deref().unwrap_or(ours), ours, options, tell)
+}
+
+/// Merges what was read; settings beside `place` count for the check, and `ours` may be written over.
+pub(super) fn merge_read(
+    [base, own, other]: [&Version; 3],
+    place: &Path,
+    ours: &Path,
+    options: &MergeOptions,
+    tell: &dyn Fn(&str),
+) -> Result<MergedMap, Error> {
     let in_directories = base.is_directory && own.is_directory && other.is_directory;
     tell("merging");
     let merged = three_way::merge(Versions { base: &base.osm, ours: &own.osm, theirs: &other.osm }, options.deletions);
     let mut conflicts = merged.conflicts.clone();
     let beside = match in_directories {
-        true => Some(merged_beside([&base, &own, &other], &merged, &mut conflicts)?),
+        true => Some(merged_beside([base, own, other], &merged, &mut conflicts)?),
         false => None,
     };
     // A repository may hold roads of OpenStreetMap, too, from which maps are built: no rule speaks of them.
-    let is_map = [&own, &other].iter().all(|version| is_lanelet2(&version.osm));
+    let is_map = [own, other].iter().all(|version| is_lanelet2(&version.osm));
     let (new_findings, checked) = match options.unchecked || !is_map {
         true => (Vec::new(), None),
         false => {
             tell("checking");
-            let (found, checked) = new_findings(place, [&own, &other], &merged)?;
+            let (found, checked) = new_findings(place, [own, other], &merged)?;
             (found, Some(checked))
         }
     };
@@ -118,15 +126,15 @@ impl MergedMap {
 }
 
 /// One of the three maps.
-struct Version {
-    osm: OsmData,
-    is_directory: bool,
+pub(super) struct Version {
+    pub(super) osm: OsmData,
+    pub(super) is_directory: bool,
     /// What stands beside it, by name.
-    beside: BTreeMap<String, String>,
+    pub(super) beside: BTreeMap<String, String>,
 }
 
 impl Version {
-    fn read(path: &Path) -> Result<Self, Error> {
+    pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let read = |failure| ErrorKind::Read.error(failure);
         files::complete(home(path)).map_err(read)?;
         let (files, info) = locate_files(path).map_err(|error| read(open_failure(error)))?;

@@ -18,6 +18,8 @@ mod forecasts;
 mod git;
 mod join;
 mod judge;
+#[cfg(feature = "cli")]
+mod kept;
 pub(crate) mod layout;
 pub(crate) mod load;
 mod merged;
@@ -49,6 +51,8 @@ pub use forecasts::{Along, forecast};
 #[cfg(feature = "cli")]
 pub(crate) use git::{GitSetup, MAPS, SetupKind, settings_of_theirs};
 pub use join::{Joining, Whole, join};
+#[cfg(feature = "cli")]
+pub use kept::{KEPT, KeepOptions, KeptMap, keep};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
 pub use merged::{MergeOptions, MergedMap, merge_settings_files, merge_versions};

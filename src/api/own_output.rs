@@ -52,9 +52,7 @@ pub(super) fn spare_settings(directory: &Path) -> Result<(), Error> {
 /// Refuses to write over files of these names in a directory that no run has written, or that were changed since.
 pub(crate) fn spare_files(directory: &Path, names: &[&str]) -> Result<(), Error> {
     let settings = fs::read_to_string(directory.join(NAME)).unwrap_or_default();
-    let known = |name: &str| {
-        settings.lines().find_map(|line| line.strip_prefix(WRITTEN)?.strip_prefix(name)?.strip_prefix(" sha256:"))
-    };
+    let known = |name: &str| known_hash(&settings, name);
     for name in names {
         let file = directory.join(name);
         // What is no file, such as a fifo, holds nothing that could be lost.
@@ -66,11 +64,26 @@ pub(crate) fn spare_files(directory: &Path, names: &[&str]) -> Result<(), Error>
             return Err(ErrorKind::Write.error(
                 failure
                     .about(file.display().to_string())
-                    .help("nothing was changed; give another directory, or --force to write over it"),
+                    .help("nothing was changed; --keep keeps what people have changed, --force writes over it, or give another directory"),
             ));
         }
     }
     Ok(())
+}
+
+/// The hash of what was written under a name together with these settings.
+pub(super) fn known_hash<'s>(settings: &'s str, name: &str) -> Option<&'s str> {
+    settings.lines().find_map(|line| line.strip_prefix(WRITTEN)?.strip_prefix(name)?.strip_prefix(" sha256:"))
+}
+
+/// The hash of some bytes, as settings say it.
+pub(super) fn hash_of_bytes(bytes: &[u8]) -> String {
+    Hashing { out: io::sink(), hash: Sha256::new_with_prefix(bytes) }.said()
+}
+
+/// What is to stand in the settings of a map of which a file was written so first, and then merged with what people had changed.
+pub(super) fn known_line(name: &str, bytes: &[u8]) -> String {
+    format!("{WRITTEN}{name} sha256:{}\n", hash_of_bytes(bytes))
 }
 
 fn hash_of(file: &Path) -> io::Result<String> {

@@ -1,17 +1,20 @@
 //! `build`: streets in, a map directory out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::api::{BuiltMap, Input, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, spare};
+use crate::api::{
+    self, BuiltMap, Input, KeepOptions, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, spare,
+};
 use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
+use crate::report::visible;
 
 use super::args::{CLEAN, StreetArgs, output_directory, place};
 use super::check_args::ProfileArg;
 use super::output::{self, Progress};
 use super::split::CELL;
-use super::{input, memory, split};
+use super::{input, memory, merge, split};
 use clap::Args;
 
 /// Build a Lanelet2 map from OpenStreetMap data, from streets as `geometry` writes them, or from OpenDRIVE
@@ -41,6 +44,15 @@ pub struct BuildArgs {
     /// Write over a map that was not built here, or was changed since
     #[arg(long, conflicts_with_all = ["cells", "tiles"])]
     pub force: bool,
+    /// Keep what people have changed in this map since it was built: it may be the output itself. docs/merge.md
+    #[arg(long, value_name = "MAP", conflicts_with_all = ["cells", "tiles"])]
+    pub keep: Option<PathBuf>,
+    /// The build that the kept map was made from, or what it was built from, where neither git nor the map's directory has it
+    #[arg(long, value_name = "MAP", requires = "keep")]
+    pub base: Option<PathBuf>,
+    /// Do not look for findings that neither the kept map nor the new build has
+    #[arg(long, requires = "keep")]
+    pub no_check: bool,
     /// Where the origin of an OpenDRIVE file lies that does not say it
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     pub origin: Option<(f64, f64)>,
@@ -51,7 +63,7 @@ pub struct BuildArgs {
 /// Builds the map and writes its three files, all or none.
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     // Cells and tiles are refused where any map is.
-    spare(&args.output, args.force || args.cells.or(args.tiles).is_some())?;
+    spare(&args.output, args.force || args.cells.or(args.tiles).is_some() || args.keep.is_some())?;
     let progress = Progress::start("reading");
     let mut options = args.streets.layout.options();
     options.configuration.profile = args.profile.map(Into::into);
@@ -72,13 +84,18 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
         merges = input::merges(&streets.merges, &streets.findings, &args.streets);
         Ok(layout)
     })?;
+    let undrawn = input::undrawn(&map.built.notes);
+    if let Some(kept) = &args.keep {
+        let code = run_keep(args, kept, &map, &options, progress)?;
+        output::print(&format!("{merges}{undrawn}"))?;
+        return Ok(code);
+    }
     progress.next("writing");
     let divided = match args.cells {
         Some(size) => split::counts(&map.write_cells(&args.output, size)?),
         None => map.write(&args.output, args.force).map(|()| String::new())?,
     };
     drop(progress);
-    let undrawn = input::undrawn(&map.built.notes);
     output::tell(&args.output, &format!("{}{divided}", summary(args, &map.built)))?;
     output::print(&format!("{merges}{undrawn}"))?;
     // The process ends: the memory of a map need not be given back piece by piece.
@@ -93,6 +110,9 @@ fn run_opendrive(args: &BuildArgs, input: Input, options: &LayoutOptions, progre
         return Err(failure.help("leave --tiles out; --cells divides the map"));
     }
     let map = BuiltMap::of_opendrive(input, options, &|doing| progress.next(doing))?;
+    if let Some(kept) = &args.keep {
+        return run_keep(args, kept, &map, options, progress);
+    }
     progress.next("writing");
     let divided = match args.cells {
         Some(size) => split::counts(&map.write_cells(&args.output, size)?),
@@ -104,6 +124,25 @@ fn run_opendrive(args: &BuildArgs, input: Input, options: &LayoutOptions, progre
     output::tell(&args.output, &format!("{}{divided}", summary(args, &map.built)))?;
     output::print(&format!("{oddities}{undrawn}"))?;
     Ok(CLEAN)
+}
+
+/// Merges the map with what people have changed in the one that was built before, and writes its files, all or none.
+fn run_keep(
+    args: &BuildArgs,
+    kept: &Path,
+    map: &BuiltMap,
+    options: &LayoutOptions,
+    progress: Progress,
+) -> Result<u8, Failure> {
+    let keep = KeepOptions { map: kept.to_path_buf(), base: args.base.clone(), unchecked: args.no_check };
+    let merged = api::keep(map, &keep, options, &|doing| progress.next(doing))?;
+    progress.next("writing");
+    merged.write(&args.output, kept, args.force)?;
+    drop(progress);
+    let from = format!("kept from {}; the old build: {}\n", output::shown(kept), visible(&merged.base_from));
+    output::tell(&args.output, &format!("{}{from}", summary(args, &map.built)))?;
+    output::print(&merge::text(kept, &merged.merged))?;
+    Ok(if merged.merged.needs_a_look() { merge::CONFLICTS } else { CLEAN })
 }
 
 /// Builds the map in tiles and writes its cells, all or none.

@@ -56,7 +56,7 @@ pub enum MergeFormat {
 }
 
 /// Exit code where somebody has to look at the result.
-const CONFLICTS: u8 = 1;
+pub const CONFLICTS: u8 = 1;
 
 /// Puts the maps together and says what came of it.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {

@@ -9,6 +9,7 @@ use super::content::Content;
 use super::fields::{self, Clash};
 use super::versions::{Deletions, Key, Taken};
 use super::view::{View, plain};
+use crate::diagnostic::Subject;
 use crate::osm::ElementKind;
 use crate::projection::LonLat;
 
@@ -138,6 +139,27 @@ impl Decisions {
         };
     }
 
+    /// Leaves a reference out that an element can do without: of a regulatory element, or of a lanelet to one. Whether it could.
+    pub(super) fn leave_out(&mut self, user: Key, key: Key, [_, ours, theirs]: [&View<'_>; 3]) -> bool {
+        let content = match self.made.get(&user) {
+            Some(Decision::Removed) => return false,
+            Some(Decision::Combined(content)) => Some(content.as_ref().clone()),
+            Some(Decision::Theirs) => theirs.content(user),
+            None => ours.content(user),
+        };
+        let Some(mut content) = content else { return false };
+        let is = |kind: &str| content.tags.get("type").is_some_and(|one| one == kind);
+        let is_spare = is("regulatory_element")
+            || (is("lanelet") && matches!(theirs.subject(key), Some(Subject::RegulatoryElement(_))));
+        let before = content.members.len();
+        content.members.retain(|member| (member.kind, member.id) != key);
+        if !is_spare || content.members.len() == before {
+            return false;
+        }
+        self.made.insert(user, Decision::Combined(Box::new(content)));
+        true
+    }
+
     /// Notes what contradicts.
     pub(super) fn clash(&mut self, key: Key, clash: Clash, taken: Side) {
         self.clashes.entry(key).or_default().push((clash, taken));
@@ -171,8 +193,8 @@ impl Decisions {
         for (key, decision) in &self.made {
             match decision {
                 Decision::Removed => taken.removed += 1,
-                Decision::Theirs if ours.has(*key) => taken.changed += 1,
-                Decision::Theirs => taken.added += 1,
+                _ if !ours.has(*key) => taken.added += 1,
+                Decision::Theirs => taken.changed += 1,
                 Decision::Combined(_) => taken.combined += 1,
             }
         }

@@ -7,72 +7,104 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::conflict::Side;
 use super::decide::{Decision, Decisions};
 use super::fields::Clash;
-use super::versions::Key;
+use super::versions::{Deletions, Key};
 use super::view::View;
 
 /// Puts back what was deleted and is needed, and says so.
-pub(super) fn keep_what_is_needed(decisions: &mut Decisions, sides: [&View<'_>; 3]) {
+pub(super) fn keep_what_is_needed(decisions: &mut Decisions, sides: [&View<'_>; 3], deletions: Deletions) {
     for side in [Side::Ours, Side::Theirs] {
         keep_what_changed(decisions, sides, side);
     }
-    for key in std::mem::take(&mut decisions.gone) {
-        let said = [Some("there"), None, Some("changed")].map(|word| word.map(str::to_owned));
-        decisions.clash(key, Clash { about: "deletion".to_owned(), said }, Side::Ours);
-    }
-    keep_what_is_referred_to(decisions, sides);
+    tell_what_stays_out(decisions, sides);
+    keep_what_is_referred_to(decisions, sides, deletions);
 }
 
-/// Elements that this side has changed and the other deleted are kept together with the deleted elements that they are part of:
-/// a vertex with its line, the line with its lanelet. One conflict names what all of them are part of.
+/// The elements that only one side has deleted, as the other has them: which of them each is part of.
+struct Wholes(FxHashMap<Key, Vec<Key>>);
+
+impl Wholes {
+    fn of(sides: [&View<'_>; 3], keeper: Side) -> Self {
+        let [base, ours, theirs] = sides;
+        let (keeper, deleter) = if keeper == Side::Ours { (ours, theirs) } else { (theirs, ours) };
+        let mut users: FxHashMap<Key, Vec<Key>> = FxHashMap::default();
+        for user in keeper.keys().filter(|key| base.has(*key) && !deleter.has(*key)) {
+            for key in keeper.references(user) {
+                users.entry(key).or_default().push(user);
+            }
+        }
+        Self(users)
+    }
+
+    /// An element and all that it is part of: a vertex with its line, the line with its lanelet; and what nothing else has a part of.
+    fn around(&self, key: Key) -> (FxHashSet<Key>, Key) {
+        let (mut seen, mut queue, mut top) = (FxHashSet::default(), vec![key], None);
+        while let Some(one) = queue.pop() {
+            if !seen.insert(one) {
+                continue;
+            }
+            match self.0.get(&one) {
+                Some(users) => queue.extend(users),
+                None => top = top.max(Some(one)),
+            }
+        }
+        // Those that refer to each other in a circle are part of each other.
+        (seen, top.unwrap_or(key))
+    }
+}
+
+/// How many changes a conflict is about.
+fn changed(count: usize) -> String {
+    match count {
+        1 => "changed".to_owned(),
+        _ => format!("changed in {count} places"),
+    }
+}
+
+/// Elements that this side has changed and the other deleted are kept together with the deleted elements that they are part of.
+/// One conflict names what all of them are part of.
 fn keep_what_changed(decisions: &mut Decisions, sides: [&View<'_>; 3], side: Side) {
     let torn: Vec<Key> = decisions.torn.iter().filter(|(_, one)| **one == side).map(|(key, _)| *key).collect();
     if torn.is_empty() {
         return;
     }
-    let [base, ours, theirs] = sides;
-    let (keeper, deleter) = if side == Side::Ours { (ours, theirs) } else { (theirs, ours) };
-    // Only what was deleted can be lacking.
-    let mut users: FxHashMap<Key, Vec<Key>> = FxHashMap::default();
-    for user in keeper.keys().filter(|key| base.has(*key) && !deleter.has(*key)) {
-        for key in keeper.references(user) {
-            users.entry(key).or_default().push(user);
-        }
-    }
-    let mut changed: BTreeMap<Key, usize> = BTreeMap::new();
+    let wholes = Wholes::of(sides, side);
+    let mut tops: BTreeMap<Key, usize> = BTreeMap::new();
     for key in torn {
-        let (mut seen, mut queue, mut tops) = (FxHashSet::default(), vec![key], Vec::new());
-        while let Some(one) = queue.pop() {
-            if !seen.insert(one) {
-                continue;
-            }
-            if !decisions.has(one, ours) {
+        let (around, top) = wholes.around(key);
+        for one in around {
+            if !decisions.has(one, sides[1]) {
                 decisions.restore(one, side);
             }
             decisions.brought.insert(one);
-            match users.get(&one) {
-                Some(users) => queue.extend(users),
-                None => tops.push(one),
-            }
         }
-        // Those that refer to each other in a circle are part of each other.
-        let top = tops.into_iter().max().unwrap_or(key);
-        *changed.entry(top).or_default() += 1;
+        *tops.entry(top).or_default() += 1;
     }
-    for (top, count) in changed {
-        let own = match count {
-            1 => "changed".to_owned(),
-            _ => format!("changed in {count} places"),
-        };
-        let said = match side {
-            Side::Ours => [Some("there".to_owned()), Some(own), None],
-            Side::Theirs => [Some("there".to_owned()), None, Some(own)],
-        };
+    for (top, count) in tops {
+        let (was, own) = (Some("there".to_owned()), Some(changed(count)));
+        let said = if side == Side::Ours { [was, own, None] } else { [was, None, own] };
         decisions.clash(top, Clash { about: "deletion".to_owned(), said }, side);
     }
 }
 
+/// What ours has deleted and theirs changed, and what stays out.
+fn tell_what_stays_out(decisions: &mut Decisions, sides: [&View<'_>; 3]) {
+    let gone = std::mem::take(&mut decisions.gone);
+    if gone.is_empty() {
+        return;
+    }
+    let wholes = Wholes::of(sides, Side::Theirs);
+    let mut tops: BTreeMap<Key, usize> = BTreeMap::new();
+    for key in gone {
+        *tops.entry(wholes.around(key).1).or_default() += 1;
+    }
+    for (top, count) in tops {
+        let said = [Some("there".to_owned()), None, Some(changed(count))];
+        decisions.clash(top, Clash { about: "deletion".to_owned(), said }, Side::Ours);
+    }
+}
+
 /// Elements that the result refers to and one side has deleted are kept, unless that side itself refers to what it has deleted.
-fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3]) {
+fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3], deletions: Deletions) {
     let [_, ours, theirs] = sides;
     let mut queue: Vec<Key> = ours.keys().filter(|key| decisions.has(*key, ours)).collect();
     let added =
@@ -92,6 +124,9 @@ fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3]) {
                 (false, false) => continue,
             };
             if deleter.has(user) && deleter.references(user).contains(&key) {
+                continue;
+            }
+            if side == Side::Theirs && deletions == Deletions::OfOursStand && decisions.leave_out(user, key, sides) {
                 continue;
             }
             decisions.restore(key, side);

@@ -60,7 +60,7 @@ pub fn merge(versions: Versions<'_>, deletions: Deletions) -> Merged {
     let ours = View::new(versions.ours);
     let theirs = View::renumbered(versions.theirs, &new_ids);
     let mut decisions = Decisions::of([&base, &ours, &theirs], deletions);
-    kept::keep_what_is_needed(&mut decisions, [&base, &ours, &theirs]);
+    kept::keep_what_is_needed(&mut decisions, [&base, &ours, &theirs], deletions);
     let (conflicts, taken) = decisions.summed_up([&base, &ours, &theirs]);
     let text = written::text(&decisions, &ours, &theirs);
     let text = meta_info::merged(&text, [versions.base, versions.ours, versions.theirs]);

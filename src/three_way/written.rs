@@ -76,7 +76,7 @@ fn added(source: &str, decisions: &Decisions, ours: &View<'_>, theirs: &View<'_>
         for key in of_kind(theirs) {
             if ours.has(key) {
                 last = Some(key);
-            } else if matches!(decisions.made.get(&key), Some(Decision::Theirs)) && !behind.contains_key(&key) {
+            } else if decisions.has(key, ours) && !behind.contains_key(&key) {
                 behind.insert(key, last);
                 new.push(key);
             }
@@ -94,6 +94,10 @@ fn added(source: &str, decisions: &Decisions, ours: &View<'_>, theirs: &View<'_>
                 None => first_place(source, ours, kind),
             };
             let text = theirs.text(key).unwrap_or_default();
+            let text = match decisions.made.get(&key) {
+                Some(Decision::Combined(content)) => combined(&text, MARGIN, theirs, key, content).into(),
+                _ => text,
+            };
             pieces.push(Piece { old: at..at, order: order + 1, new: format!("{MARGIN}{text}") });
         }
     }
@@ -109,9 +113,9 @@ fn first_place(source: &str, ours: &View<'_>, kind: ElementKind) -> usize {
     }
 }
 
-/// The text of an element of ours that says what both have made of it: what is not changed in it keeps its letters.
-fn combined(text: &str, margin: &str, ours: &View<'_>, key: Key, content: &Content) -> String {
-    let Some((mut element, own)) = Element::parse(text, margin).zip(ours.content(key)) else { return text.to_owned() };
+/// The text of an element of one side that says what both have made of it: what is not changed in it keeps its letters.
+fn combined(text: &str, margin: &str, of: &View<'_>, key: Key, content: &Content) -> String {
+    let Some((mut element, own)) = Element::parse(text, margin).zip(of.content(key)) else { return text.to_owned() };
     if let Some(place) = content.position.lonlat.filter(|_| content.position != own.position) {
         element.set_place(place.lat, place.lon);
     }
@@ -153,10 +157,12 @@ fn anew(decisions: &Decisions, ours: &View<'_>, theirs: &View<'_>) -> String {
     let head = OsmText::head(&ours.osm.meta.clone().unwrap_or_default());
     let mut text = String::from_utf8_lossy(head.as_bytes()).into_owned();
     for key in keys {
-        let own = || ours.text(key).unwrap_or_default();
+        let own = || ours.text(key).or_else(|| theirs.text(key)).unwrap_or_default();
         let element = match decisions.made.get(&key) {
             Some(Decision::Theirs) => theirs.text(key).unwrap_or_default(),
-            Some(Decision::Combined(content)) => combined(&own(), MARGIN, ours, key, content).into(),
+            Some(Decision::Combined(content)) => {
+                combined(&own(), MARGIN, if ours.has(key) { ours } else { theirs }, key, content).into()
+            }
             _ => own(),
         };
         text += &format!("  {element}\n");

@@ -13,6 +13,7 @@ mod foreign_text;
 mod hostile_input;
 #[cfg(unix)]
 mod interrupted;
+mod keep;
 mod merge;
 mod options;
 mod pbf;
