@@ -18,8 +18,8 @@ pub enum Georeference {
     Utm {
         /// 1 to 60.
         zone: u8,
-        /// Whether northings are counted from the south.
-        south: bool,
+        /// What is added to eastings and to northings from the equator, metres.
+        added: [f64; 2],
     },
 }
 
@@ -34,8 +34,11 @@ pub struct Plane {
     pub note: Option<String>,
 }
 
-/// The metres that UTM adds: east, and north in the south.
+/// The scale of UTM on its central meridians, ...
 const UTM_SCALE: f64 = 0.9996;
+/// ... and what it adds, metres: to eastings, and to northings in the south.
+const UTM_EAST: f64 = 500_000.0;
+const UTM_SOUTH: f64 = 10_000_000.0;
 
 /// Reads the words of a `geoReference`.
 pub fn georeference(words: &str) -> Plane {
@@ -64,7 +67,15 @@ pub fn georeference(words: &str) -> Plane {
         let scale = number("k").or_else(|| number("k_0")).unwrap_or(1.0);
         let shift = [number("x_0").unwrap_or(0.0), number("y_0").unwrap_or(0.0)];
         let on_earth = (-90.0..=90.0).contains(&lat) && (-180.0..=180.0).contains(&lon) && scale > 0.0;
-        on_earth.then_some(Georeference::TransverseMercator { lat, lon, scale, shift })
+        // A survey often names the zone of UTM in this way.
+        let zone = (lon + 183.0) / 6.0;
+        let is_utm =
+            lat == 0.0 && (scale - UTM_SCALE).abs() < 1e-9 && zone.fract() == 0.0 && (1.0..=60.0).contains(&zone);
+        let found = match is_utm {
+            true => Georeference::Utm { zone: zone as u8, added: [shift[0] - UTM_EAST, shift[1]] },
+            false => Georeference::TransverseMercator { lat, lon, scale, shift },
+        };
+        on_earth.then_some(found)
     };
     match value("proj") {
         Some("tmerc" | "etmerc") => plane.georeference = mercator(),
@@ -75,7 +86,7 @@ pub fn georeference(words: &str) -> Plane {
                 plane.note =
                     guessed.map(|zone| format!("the georeference is UTM without a zone: zone {zone} by its lon_0"));
             }
-            let utm = |zone| Georeference::Utm { zone, south: has("+south") };
+            let utm = |zone| utm(zone, has("+south"));
             plane.georeference = zone.or(guessed).map(utm);
         }
         None if number("lat_0").is_some() => {
@@ -101,13 +112,17 @@ fn epsg(words: &str) -> Option<u32> {
 
 /// The zones of UTM on WGS 84 and ETRS89.
 fn utm_of(code: u32) -> Option<Georeference> {
-    let utm = |zone: u32, south| Georeference::Utm { zone: zone as u8, south };
+    let utm = |zone: u32, south| utm(zone as u8, south);
     match code {
         32601..=32660 => Some(utm(code - 32600, false)),
         32701..=32760 => Some(utm(code - 32700, true)),
         25828..=25838 => Some(utm(code - 25800, false)),
         _ => None,
     }
+}
+
+fn utm(zone: u8, south: bool) -> Georeference {
+    Georeference::Utm { zone, added: [0.0, if south { UTM_SOUTH } else { 0.0 }] }
 }
 
 impl Georeference {
@@ -130,9 +145,17 @@ mod tests {
         let plane = georeference(tmerc);
         let expected = Georeference::TransverseMercator { lat: 37.4, lon: -122.1, scale: 1.0, shift: [5.0, 0.0] };
         assert_eq!((plane.georeference, plane.on_geoid, plane.note), (Some(expected), true, None));
-        assert_eq!(georeference("epsg:25833").georeference, Some(Georeference::Utm { zone: 33, south: false }));
-        let utm = georeference("+proj=utm +zone=32 +ellps=GRS80 +units=m +no_defs");
-        assert_eq!(utm.georeference, Some(Georeference::Utm { zone: 32, south: false }));
+        assert_eq!(georeference("epsg:25833").georeference, Some(utm(33, false)));
+        let zone = georeference("+proj=utm +zone=32 +ellps=GRS80 +units=m +no_defs");
+        assert_eq!(zone.georeference, Some(utm(32, false)));
+    }
+
+    #[test]
+    fn a_zone_of_utm_by_other_words_is_one() {
+        let zone = georeference("+proj=tmerc +lat_0=0 +lon_0=9 +k=0.9996 +x_0=-174000 +y_0=-5405000 +datum=WGS84");
+        assert_eq!(zone.georeference, Some(Georeference::Utm { zone: 32, added: [-674_000.0, -5_405_000.0] }));
+        let other = georeference("+proj=tmerc +lat_0=0 +lon_0=10 +k=0.9996");
+        assert!(matches!(other.georeference, Some(Georeference::TransverseMercator { .. })));
     }
 
     #[test]
@@ -141,7 +164,7 @@ mod tests {
         assert!(matches!(carla.georeference, Some(Georeference::TransverseMercator { lat: 49.0, lon: 8.0, .. })));
         assert!(carla.note.is_some());
         let zoneless = georeference("+proj=utm +lat_0=37.35 +lon_0=-122.08 +k_0=1");
-        assert_eq!(zoneless.georeference, Some(Georeference::Utm { zone: 10, south: false }));
+        assert_eq!(zoneless.georeference, Some(utm(10, false)));
         assert!(zoneless.note.is_some());
         for useless in ["+proj=merc +lon_0=3", "epsg:4326", "nonsense"] {
             let plane = georeference(useless);

@@ -40,6 +40,10 @@ pub fn read(text: &str) -> Result<OpenDrive, XodrError> {
 
 /// The largest number that has a meaning: metres across the earth.
 const LARGEST: f64 = 1e9;
+/// The longest road, metres.
+const LONGEST: f64 = 1e6;
+/// The most that one record of a reference line turns, radians: a ramp of a hundred turns.
+const MOST_TURN: f64 = 200.0 * std::f64::consts::PI;
 
 struct Reading<'a> {
     document: &'a Document,
@@ -105,7 +109,7 @@ impl Reading<'_> {
     fn road(&mut self, ix: Ix) -> Road {
         let document = self.document;
         let id = self.text(ix, "id");
-        let records: Vec<PlanRecord> =
+        let mut records: Vec<PlanRecord> =
             document.descend(ix, &["planView", "geometry"]).into_iter().map(|it| self.record(it)).collect();
         let mut length = self.number(ix, "length");
         let reach = records.iter().map(|record| record.start + record.length).fold(0.0, f64::max);
@@ -115,6 +119,10 @@ impl Reading<'_> {
         }
         if records.is_empty() {
             self.odd(ix, format!("road {id} has no reference line (planView): it is left out"));
+        }
+        if length > LONGEST {
+            self.odd(ix, format!("road {id} is longer than {} km: it is left out", LONGEST / 1000.0));
+            records.clear();
         }
         let mut speeds = Vec::new();
         for kind in document.children(ix, "type") {
@@ -199,6 +207,16 @@ impl Reading<'_> {
                 Shape::Line
             }
         };
+        let curvature = match shape {
+            Shape::Arc(curvature) => curvature.abs(),
+            Shape::Spiral([from, to]) => from.abs().max(to.abs()),
+            _ => 0.0,
+        };
+        let winds = curvature * length > MOST_TURN;
+        if winds {
+            self.odd(ix, "a <geometry> winds more than a hundred times: it is taken for a line".to_owned());
+        }
+        let shape = if winds { Shape::Line } else { shape };
         PlanRecord { start, origin: Point::new(x, y), heading, length, shape }
     }
 

@@ -149,9 +149,13 @@ impl Section {
         let (own, own_pick) = (station - self.span[0], pick - self.span[0]);
         let side = border.signum() as f64;
         let mut at = centre;
-        let inner_first = |lane: &&Lane| lane.id.signum() == border.signum() && lane.id.abs() <= border.abs();
-        let mut inside: Vec<&Lane> = self.lanes.iter().filter(inner_first).collect();
-        inside.sort_by_key(|lane| lane.id.abs());
+        // From the centre outward: they are in order of falling ids.
+        let outward = |lane: &&Lane| lane.id.signum() == border.signum() && lane.id.abs() <= border.abs();
+        let inside: &mut dyn Iterator<Item = &Lane> = if border > 0 {
+            &mut self.lanes.iter().rev().filter(outward)
+        } else {
+            &mut self.lanes.iter().filter(outward)
+        };
         for lane in inside {
             let width = if !lane.widths.is_empty() {
                 lane.widths.at(own, own_pick)
@@ -167,6 +171,9 @@ impl Section {
 
     /// The width of a lane at a station, metres.
     pub fn width(&self, road: &Road, lane: i64, station: f64) -> f64 {
+        if let Some(lane) = self.lane(lane).filter(|lane| !lane.widths.is_empty()) {
+            return lane.widths.at(station - self.span[0], self.pick(station) - self.span[0]);
+        }
         let side = lane.signum() as f64;
         side * (self.offset(road, lane, station) - self.offset(road, inner(lane), station))
     }

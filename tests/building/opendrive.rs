@@ -222,6 +222,22 @@ fn a_file_without_a_place_is_local_until_it_is_given_one() {
 }
 
 #[test]
+fn a_georeference_whose_origin_is_far_away_is_not_that_of_the_map() {
+    let begin = text().find("<geoReference>").unwrap();
+    let end = text().find("</geoReference>").unwrap();
+    for (words, name) in [
+        ("+proj=tmerc +lat_0=0 +lon_0=9 +k=0.9996 +x_0=-174000 +y_0=-5405000", "MGRS"),
+        ("+proj=tmerc +lat_0=0 +lon_0=12 +k=1 +x_0=4500000 +y_0=-5405000", "MGRS"),
+        ("+proj=tmerc +lat_0=48 +lon_0=11.4 +k=1", "TransverseMercator"),
+    ] {
+        let mut far = text();
+        far.replace_range(begin..end, &format!("<geoReference>{words}"));
+        let projector = built_from(&far).built.projector;
+        assert_eq!(projector.name(), name, "{words}: {projector:?}");
+    }
+}
+
+#[test]
 fn every_public_file_is_built() {
     let Some(folder) = shared("corpus/xodr") else { return };
     let mut count = 0;

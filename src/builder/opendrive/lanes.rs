@@ -13,7 +13,7 @@ use super::lines::{Lines, One, SideRun, StretchLanes};
 use super::nodes::{EndNodes, Nodes, sides};
 use super::runs::runs;
 use super::scene::{Drawn, Piece, Scene, note};
-use super::stretches::{ONE_BORDER, strip};
+use super::stretches::{ONE_BORDER, section_at, strip};
 
 /// A way through a junction that is narrower than this everywhere, metres, is none.
 const NO_WIDTH: f64 = 0.3;
@@ -53,8 +53,7 @@ fn width(scene: &Scene, stretch: usize, road: &Road, lane: i64) -> f64 {
     let sections = scene.sections(stretch);
     let at = |i: usize| {
         let station = from + (to - from) * i as f64 / PLACES as f64;
-        let section = sections.iter().rev().find(|section| section.span[0] <= station).or(sections.first());
-        section.map_or(0.0, |section| section.width(road, lane, station))
+        section_at(&sections, station).map_or(0.0, |section| section.width(road, lane, station))
     };
     (0..=PLACES).map(at).fold(0.0, f64::max)
 }

@@ -23,6 +23,8 @@ enum ToMap {
     Through(Projector, Vector),
 }
 
+/// A georeference whose origin lies farther from the map than this, metres, is not the map's: Autoware's places would lose digits.
+const FAR: f64 = 100_000.0;
 /// Half a side of the box around a file's origin that is looked at where no place is known better, degrees.
 const AROUND: f64 = 1e-3;
 
@@ -54,9 +56,15 @@ impl Plane {
                 let same = projector == base;
                 (projector, if same { ToMap::Shift(shift) } else { ToMap::Through(base, shift) })
             }
-            (None, Georeference::TransverseMercator { .. }) => (base, ToMap::Shift(shift)),
-            (None, Georeference::Utm { .. }) => match Projector::for_extent(&extent) {
-                Projector::Mgrs(grid) => (Projector::Mgrs(grid), ToMap::Shift(in_square(&base, shift, &grid))),
+            (None, Georeference::TransverseMercator { .. })
+                if corners.iter().any(|at| (at + shift).coords.norm() < FAR) =>
+            {
+                (base, ToMap::Shift(shift))
+            }
+            (None, _) => match Projector::for_extent(&extent) {
+                Projector::Mgrs(grid) if matches!(georeference, Georeference::Utm { zone, .. } if zone == grid.zone()) => {
+                    (Projector::Mgrs(grid), ToMap::Shift(in_square(&base, shift, &grid)))
+                }
                 other => (other, ToMap::Through(base, shift)),
             },
         };
@@ -100,15 +108,14 @@ fn base(georeference: Georeference, places: &[Point]) -> Option<(Projector, Vect
             let origin = LonLat { lon, lat };
             Some((Projector::TransverseMercator { origin, scale_factor: scale as f32 }, Vector::new(-x, -y)))
         }
-        Georeference::Utm { zone, south } => {
-            let south = if south { 1e7 } else { 0.0 };
+        Georeference::Utm { zone, added: [east, north] } => {
             // An origin on the equator where the zone's middle is: 500 km east there.
             let middle = LonLat { lon: f64::from(zone) * 6.0 - 183.0, lat: 0.0 };
             let first = Projector::LocalCartesianUtm { origin: middle };
-            let at = corners(places).into_iter().next()? - Vector::new(500_000.0, south);
+            let at = corners(places).into_iter().next()? - Vector::new(500_000.0 + east, north);
             first.inverse(at)?;
             let known = utm(zone, &[middle]).pop().flatten()?;
-            Some((first, Vector::new(-known.x, -south - known.y)))
+            Some((first, Vector::new(-known.x - east, -known.y - north)))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Which pieces of lanes are one lanelet: on a connecting road each way from its begin to its end, elsewhere each lane of a stretch.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::contacts::LaneEnd;
 use super::lines::StretchLanes;
@@ -26,17 +26,19 @@ pub fn runs(
     }
     let next: BTreeMap<Piece, Vec<Piece>> =
         all.iter().map(|piece| (*piece, behind(scene, lanes, (ends, meeting), *piece))).collect();
-    let reached: Vec<Piece> = next.values().flatten().copied().collect();
+    let reached: BTreeSet<Piece> = next.values().flatten().copied().collect();
     let mut open: Vec<Vec<Piece>> =
         all.iter().filter(|piece| !reached.contains(piece)).map(|piece| vec![*piece]).rev().collect();
     let mut ways = Vec::new();
-    while let Some(way) = open.pop() {
-        let behind = way.last().and_then(|last| next.get(last)).map_or(&[][..], Vec::as_slice);
-        if behind.is_empty() {
-            ways.push(way);
-        } else {
-            open.extend(behind.iter().rev().map(|piece| [&way[..], &[*piece]].concat()));
+    while let Some(mut way) = open.pop() {
+        while let Some((only, others)) = way.last().and_then(|last| next.get(last)?.split_first()) {
+            open.extend(others.iter().rev().map(|piece| [&way[..], &[*piece]].concat()));
+            way.push(*only);
+            if open.len() > MOST_WAYS {
+                break;
+            }
         }
+        ways.push(way);
         if ways.len() + open.len() > MOST_WAYS {
             return all.into_iter().map(|piece| vec![piece]).collect();
         }

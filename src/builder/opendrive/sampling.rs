@@ -3,11 +3,14 @@
 use crate::xodr::{Place, Road, Section};
 
 use super::scene::Scene;
+use super::stretches::section_at;
 
 /// The largest distance of the curve from its chord, metres: the requirement is 1 cm, of which the joints need a part.
 const CHORD: f64 = 0.004;
 /// The longest chord, metres.
 const LONGEST: f64 = 40.0;
+/// A border has no more places than this: a curve that needs more is damaged.
+const MOST: usize = 200_000;
 /// A piece of this length, metres, is divided no more.
 const SHORTEST: f64 = 0.02;
 
@@ -15,10 +18,11 @@ const SHORTEST: f64 = 0.02;
 pub fn border(scene: &Scene, stretch: usize, border: i64) -> Vec<Place> {
     let (road, sections) = (scene.road(stretch), scene.sections(stretch));
     let [from, to] = scene.stretches[stretch].span;
+    let last = sections.len().saturating_sub(1);
     let at = |station: f64| {
         // Of two sections that meet, the one before counts at the end of the border, the one behind elsewhere.
-        let behind = |section: &&&Section| section.span[0] <= station && (station < to || section.span[0] < to);
-        let section = sections.iter().rev().find(behind).or(sections.first());
+        let ends = station >= to && sections.get(last).is_some_and(|section| section.span[0] >= to);
+        let section = section_at(if ends { &sections[..last.max(1)] } else { &sections }, station);
         section.map_or([0.0; 3], |section| road.place(station, scene.offset(stretch, section, border, station)))
     };
     let mut stations = knots(road, &sections, [from, to]);
@@ -78,7 +82,8 @@ fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<(f64, Place
         let [a, b] = [from, to].map(at);
         let length = to - from;
         let bends = || [0.25, 0.5, 0.75].into_iter().any(|part| off(at(from + length * part), a, b) > CHORD);
-        if length > SHORTEST && (length > LONGEST || bends()) {
+        let divides = length > SHORTEST && line.len() + open.len() < MOST;
+        if divides && (length > LONGEST || bends()) {
             let middle = from + length / 2.0;
             open.push([middle, to]);
             open.push([from, middle]);

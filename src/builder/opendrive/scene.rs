@@ -10,7 +10,7 @@ use crate::xodr::{OpenDrive, Place, Road, Section};
 use super::contacts::LaneEnd;
 use super::lane_use::LaneUse;
 use super::plane::Plane;
-use super::stretches::{CutRoad, Stretch};
+use super::stretches::{CutRoad, Stretch, section_at};
 
 /// The least width of a lane, metres, where it begins or ends without one: its bounds must not meet, nor cross where they are sampled.
 const HAIR: f64 = 0.01;
@@ -125,8 +125,7 @@ impl Scene<'_> {
     pub fn section(&self, stretch: usize) -> &Section {
         let middle = self.middle(stretch);
         let sections = self.sections(stretch);
-        let found = sections.iter().rev().find(|section| section.span[0] <= middle).or(sections.first());
-        found.copied().unwrap_or(&self.road(stretch).sections[0])
+        section_at(&sections, middle).unwrap_or(&self.road(stretch).sections[0])
     }
 
     /// The station in the middle of a stretch, metres.

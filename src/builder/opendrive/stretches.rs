@@ -1,5 +1,6 @@
 //! Roads cut into stretches: along each, the same lanes run from its begin to its end, and nothing of them changes.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
@@ -40,7 +41,7 @@ pub struct Stretch {
     /// Which of the stretches that begin in that section it is.
     pub part: usize,
     /// The lanes for motor vehicles that become lanelets.
-    pub driven: Vec<i64>,
+    pub driven: BTreeSet<i64>,
 }
 
 /// A road cut up.
@@ -100,10 +101,10 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
 
 /// The kept sections between two stations, by their index among them.
 fn range_between(road: &Road, kept: &[usize], [from, to]: [f64; 2]) -> Range<usize> {
-    let start_of = |at: usize| if at == 0 { 0.0 } else { road.sections[kept[at]].span[0] };
-    let begin = (0..kept.len()).rev().find(|&at| start_of(at) <= from).unwrap_or(0);
-    let end = (begin + 1..kept.len()).find(|&at| start_of(at) >= to).unwrap_or(kept.len());
-    begin..end
+    let starts_before = |at: &usize, station: f64| road.sections[*at].span[0] < station;
+    let begin =
+        kept.partition_point(|at| starts_before(at, from) || road.sections[*at].span[0] == from).saturating_sub(1);
+    begin..kept.partition_point(|at| starts_before(at, to)).max(begin + 1).min(kept.len())
 }
 
 fn sections_between<'a>(road: &'a Road, kept: &[usize], span: [f64; 2]) -> Vec<&'a Section> {
@@ -120,13 +121,18 @@ fn widths(road: &Road, sections: &[&Section], [from, to]: [f64; 2], lane: i64) -
     (0..=PLACES).map(at).collect()
 }
 
+/// The section in which a station lies: of two that meet there the one behind.
+pub fn section_at<'a>(sections: &[&'a Section], station: f64) -> Option<&'a Section> {
+    let behind = sections.partition_point(|section| section.span[0] <= station);
+    sections.get(behind.saturating_sub(1)).copied()
+}
+
 fn width_at(road: &Road, sections: &[&Section], station: f64, lane: i64) -> f64 {
-    let section = sections.iter().rev().find(|section| section.span[0] <= station).or(sections.first());
-    section.map_or(0.0, |section| section.width(road, lane, station))
+    section_at(sections, station).map_or(0.0, |section| section.width(road, lane, station))
 }
 
 /// The lanes for motor vehicles along these sections; on a connecting road a piece may be narrow of a lane that becomes wide.
-fn driven(road: &Road, sections: &[&Section], span: [f64; 2], connecting: bool) -> Vec<i64> {
+fn driven(road: &Road, sections: &[&Section], span: [f64; 2], connecting: bool) -> BTreeSet<i64> {
     let least = if connecting { ONE_BORDER } else { OPEN + WIDTH_NOISE };
     let lanes = sections.first().into_iter().flat_map(|section| vehicle_lanes(section));
     let wide = |lane: &&Lane| widths(road, sections, span, lane.id).iter().any(|(_, width)| *width > least);
