@@ -24,6 +24,10 @@ const ON_EDGE: f64 = 0.01;
 /// An outline that turns back on itself within this angle, degrees, has a spike; the tip of a median is wider.
 const SPIKE: f64 = 1.5;
 
+/// More rings than this are joined before they are joined to the ground, or taken off it. Few real intersections have so many
+/// lanelets, and none is drawn otherwise, but for corners that move by a hair.
+const MOST_APART: usize = 64;
+
 /// A node and its place.
 pub(super) type Node = (PointId, Point);
 
@@ -89,12 +93,10 @@ impl RingUnion<'_> {
         for island in self.islands {
             ground = ground.difference(&polygon::to_geo(island));
         }
-        for path in self.paths {
-            ground = ground.union(&polygon::to_geo(&path.outline));
-        }
-        for lane in self.behind {
-            ground = ground.difference(&polygon::to_geo(lane));
-        }
+        let paths = self.paths.iter().map(|path| path.outline.as_slice());
+        joined(paths).iter().for_each(|path| ground = ground.union(path));
+        let behind = self.behind.iter().map(Vec::as_slice);
+        joined(behind).iter().for_each(|lane| ground = ground.difference(lane));
         let largest = ground.0.iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()))?;
         let mut outer: Vec<Point> = largest.exterior().points().map(|p| Point::new(p.x(), p.y())).collect();
         outer.pop();
@@ -103,6 +105,18 @@ impl RingUnion<'_> {
         }
         Some(outer)
     }
+}
+
+/// Rings as polygons; of more than [`MOST_APART`] their union, joined in pairs: the ground would grow corners with each, which all others
+/// are held against.
+fn joined<'a>(rings: impl Iterator<Item = &'a [Point]>) -> Vec<MultiPolygon> {
+    let mut all: Vec<MultiPolygon> = rings.map(|ring| MultiPolygon(vec![polygon::to_geo(ring)])).collect();
+    let least = if all.len() > MOST_APART { 1 } else { all.len() };
+    while all.len() > least {
+        let join = |pair: &[MultiPolygon]| pair.iter().skip(1).fold(pair[0].clone(), |a, b| a.union(b));
+        all = all.chunks(2).map(join).collect();
+    }
+    all
 }
 
 /// A square of [`SNAP`] metres.
