@@ -1,16 +1,16 @@
 //! Builds Autoware-ready Lanelet2 maps from road centre lines and holds any Lanelet2 map against Autoware's
 //! vector-map requirements.
 //!
-//! The crate is an hourglass; data flows down and never calls back:
+//! Each layer uses those below it and none above:
 //!
 //! ```text
-//! floor 4   main, cli                                 arguments in, exit code out
-//! floor 3   builder | rules | triage | fix | report   wings that never meet
+//! layer 4   main, cli                                 arguments in, exit code out
+//! layer 3   builder | rules | triage | fix | report   none of them imports another
 //!           tiles | cells | three_way
-//! floor 2   planner                                   what Autoware's planner will do with a map
-//!           lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
+//! layer 2   planner                                   what Autoware's planner will do with a map
+//!           lanelet, requirement, settings            the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
-//! floor 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
+//! layer 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
 //! ```
 //!
 //! The verbs of the command line are functions of this crate, on files or on bytes:

@@ -1,4 +1,4 @@
-//! From OpenStreetMap to a Lanelet2 map: a room for each stage, in the order of the table in `docs/architecture.md`.
+//! From OpenStreetMap to a Lanelet2 map: a module for each stage, in the order of the table in `docs/architecture.md`.
 //!
 //! ```text
 //! OsmData ─network→ RoadNetwork ─streets→ Streets ─layout→ lanes and movements ─assemble, postprocess→ LaneletMap

@@ -1,4 +1,4 @@
-//! THE WAIST: a map in Lanelet2's words. The builder makes one, the rules judge one, the reports draw one.
+//! A map in Lanelet2's words. The builder makes one, the rules judge one, the reports draw one.
 //!
 //! Six layers hold the primitives, each with ids of its own type. References between primitives are ids that always resolve:
 //! [`from_osm()`] reports what does not resolve and leaves it out, as Autoware's loader does.

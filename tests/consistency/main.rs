@@ -42,7 +42,7 @@ fn table(heading: &str) -> Vec<Vec<Vec<String>>> {
 }
 
 /// Who may import whom.
-fn floors() -> BTreeMap<String, BTreeSet<String>> {
+fn layers() -> BTreeMap<String, BTreeSet<String>> {
     let mut allowed = BTreeMap::new();
     for cells in table("| module |") {
         allowed.extend(cells[0].iter().map(|module| (module.clone(), cells[1].iter().cloned().collect())));
@@ -50,9 +50,9 @@ fn floors() -> BTreeMap<String, BTreeSet<String>> {
     allowed
 }
 
-/// The rooms of the builder in their order.
-fn rooms() -> Vec<String> {
-    table("| room |").into_iter().filter_map(|cells| cells.into_iter().next()?.into_iter().next()).collect()
+/// The stages of the builder in their order.
+fn stages() -> Vec<String> {
+    table("| stage |").into_iter().filter_map(|cells| cells.into_iter().next()?.into_iter().next()).collect()
 }
 
 /// All files of `src`, by their paths from there on.
@@ -62,8 +62,8 @@ fn sources() -> Vec<(String, String)> {
     files(&source, "rs").iter().map(|path| (name(path), fs::read_to_string(path).unwrap())).collect()
 }
 
-/// Imports that a floor of the crate may not have.
-fn across_floors(imports: &[Import], allowed: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+/// Imports that a layer of the crate may not have.
+fn across_layers(imports: &[Import], allowed: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
     let mut faults = Vec::new();
     for import in imports {
         let [Some(from), Some(to)] = [import.from.first(), import.named.first()] else { continue };
@@ -77,18 +77,18 @@ fn across_floors(imports: &[Import], allowed: &BTreeMap<String, BTreeSet<String>
     faults
 }
 
-/// Imports of a later room of the builder.
-fn up_the_rooms(imports: &[Import], rooms: &[String]) -> Vec<String> {
-    let room = |module: &[String]| -> Option<String> {
+/// Imports of a later stage of the builder.
+fn up_the_stages(imports: &[Import], stages: &[String]) -> Vec<String> {
+    let stage = |module: &[String]| -> Option<String> {
         (module.len() > 1 && module[0] == "builder").then(|| module[1].clone())
     };
-    let place = |room: &String| rooms.iter().position(|other| other == room);
+    let place = |stage: &String| stages.iter().position(|other| other == stage);
     let mut faults = Vec::new();
     for import in imports {
-        let [Some(from), Some(to)] = [room(&import.from), room(&import.to)] else { continue };
+        let [Some(from), Some(to)] = [stage(&import.from), stage(&import.to)] else { continue };
         match [place(&from), place(&to)] {
             [Some(own), Some(other)] if own >= other => {}
-            [Some(_), Some(_)] => faults.push(format!("{}, a later room than {from}", import.told())),
+            [Some(_), Some(_)] => faults.push(format!("{}, a later stage than {from}", import.told())),
             _ => faults.push(format!("{}: no row of docs/architecture.md for one of them", import.told())),
         }
     }
@@ -97,19 +97,19 @@ fn up_the_rooms(imports: &[Import], rooms: &[String]) -> Vec<String> {
 
 #[test]
 fn imports_run_downward() {
-    let (allowed, imports) = (floors(), imports(&sources()));
+    let (allowed, imports) = (layers(), imports(&sources()));
     assert!(allowed.len() >= 9, "the table of docs/architecture.md was not found");
-    let faults = across_floors(&imports, &allowed);
+    let faults = across_layers(&imports, &allowed);
     assert!(faults.is_empty(), "imports run upward or sideways:\n{}", faults.join("\n"));
 }
 
 #[test]
-fn the_builder_s_rooms_import_only_those_before_them() {
-    let (rooms, sources) = (rooms(), sources());
+fn the_builder_s_stages_import_only_those_before_them() {
+    let (stages, sources) = (stages(), sources());
     let there: BTreeSet<String> = names("src/builder").into_iter().filter(|it| it != "mod" && it != "tests").collect();
-    assert_eq!(there, rooms.iter().cloned().collect(), "src/builder and the table of docs/architecture.md");
-    let faults = up_the_rooms(&imports(&sources), &rooms);
-    assert!(faults.is_empty(), "rooms import later ones:\n{}", faults.join("\n"));
+    assert_eq!(there, stages.iter().cloned().collect(), "src/builder and the table of docs/architecture.md");
+    let faults = up_the_stages(&imports(&sources), &stages);
+    assert!(faults.is_empty(), "stages import later ones:\n{}", faults.join("\n"));
 }
 
 #[test]
@@ -205,10 +205,10 @@ fn every_form_of_import_is_recognised() {
 
 #[test]
 fn wrong_imports_are_reported() {
-    let rooms = ["a", "b", "c"].map(str::to_owned);
+    let stages = ["a", "b", "c"].map(str::to_owned);
     let up = |own: &str| {
         let files = [("builder/mod.rs", ""), ("builder/a.rs", ""), ("builder/b/own.rs", own), ("builder/c/mod.rs", "")];
-        up_the_rooms(&crate_of(&files), &rooms)
+        up_the_stages(&crate_of(&files), &stages)
     };
     assert_eq!(up("use crate::builder::a::A;\n"), [""; 0]);
     for own in [
@@ -219,14 +219,14 @@ fn wrong_imports_are_reported() {
     ] {
         assert_eq!(
             up(&format!("\n{own}\n")),
-            ["src/builder/b/own.rs:2 imports builder::c, a later room than b"],
+            ["src/builder/b/own.rs:2 imports builder::c, a later stage than b"],
             "{own}"
         );
     }
-    let floors =
+    let layers =
         BTreeMap::from([("low".to_owned(), BTreeSet::new()), ("high".to_owned(), BTreeSet::from(["low".to_owned()]))]);
     let imports = crate_of(&[("low.rs", "use super::high::X;\n"), ("high.rs", "use crate::low;\n")]);
-    assert_eq!(across_floors(&imports, &floors), ["src/low.rs:1 imports high, which low may not"]);
+    assert_eq!(across_layers(&imports, &layers), ["src/low.rs:1 imports high, which low may not"]);
     let told = |files: &[(&str, &str)]| circles(&crate_of(files)).concat().iter().map(Import::told).collect::<Vec<_>>();
     let pair = [
         ("a/mod.rs", "mod x;\nmod y;\npub use x::X;\npub use y::Y;\n"),

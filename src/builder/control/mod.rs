@@ -1,4 +1,4 @@
-//! Room 11: stop lines, traffic lights and signs, and the regulatory elements that tie them to lanes.
+//! Stop lines, traffic lights and signs, and the regulatory elements that tie them to lanes.
 
 pub mod controlled_arm;
 pub mod crosswalk;

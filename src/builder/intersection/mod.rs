@@ -1,4 +1,4 @@
-//! Room 9: movements through an intersection, their lanelets and its area.
+//! Movements through an intersection, their lanelets and its area.
 
 pub mod area_outline;
 pub mod bicycle_lanelets;

@@ -1,4 +1,4 @@
-//! Room 8: roads get lanes, up to where they end before an intersection.
+//! Roads get lanes, up to where they end before an intersection.
 
 pub(crate) mod border;
 pub(crate) mod driven_borders;

@@ -1,4 +1,4 @@
-//! Room 10: lanes and intersections are laid out until no lanelet runs over the end of another road's lane.
+//! Lanes and intersections are laid out until no lanelet runs over the end of another road's lane.
 
 mod lane_drops;
 mod lane_openings;

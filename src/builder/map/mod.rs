@@ -1,4 +1,4 @@
-//! Room 5: the map under construction, its ids and its points.
+//! The map under construction, its ids and its points.
 
 #[warn(clippy::indexing_slicing)]
 pub mod map_builder;

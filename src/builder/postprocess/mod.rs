@@ -1,4 +1,4 @@
-//! Room 12: changes that need the finished map, and elements that the user adds.
+//! Changes that need the finished map, and elements that the user adds.
 
 pub(crate) mod cross_line;
 pub(crate) mod grade_separation;

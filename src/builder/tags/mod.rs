@@ -1,4 +1,4 @@
-//! Room 2: reads lanes, widths, speeds and markings from tags.
+//! Reads lanes, widths, speeds and markings from tags.
 
 pub(crate) mod admission;
 pub mod cross_section;
