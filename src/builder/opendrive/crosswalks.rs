@@ -97,7 +97,7 @@ fn crosswalks(scene: &Scene) -> Vec<Crosswalk> {
 fn whole_width(road: &Road, station: f64) -> Vec<Place> {
     let Some(section) = road.sections.get(road.section_at(station)) else { return Vec::new() };
     let driven = section.lanes.iter().filter(|lane| super::lane_use::LaneUse::of(lane).is_driven());
-    let borders = driven.flat_map(|lane| super::nodes::sides(lane.id));
+    let borders = driven.flat_map(|lane| super::lane_use::sides(lane.id));
     let offsets = borders.map(|border| section.offset(road, border, station));
     let [low, high] = offsets.fold([f64::MAX, f64::MIN], |[low, high], t| [low.min(t), high.max(t)]);
     if low >= high {

@@ -5,6 +5,11 @@ use crate::xodr::Lane;
 
 use compact_str::ToCompactString;
 
+/// The borders of a lane, at the larger and at the smaller offset to the left.
+pub fn sides(lane: i64) -> [i64; 2] {
+    if lane > 0 { [lane, lane - 1] } else { [lane + 1, lane] }
+}
+
 /// What a lane is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneUse {

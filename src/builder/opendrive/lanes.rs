@@ -8,9 +8,9 @@ use crate::settings::{BesideSettings, BicycleLanes};
 use crate::xodr::{self, Lane, Road, Section};
 
 use super::contacts::{Contact, LaneEnd, contacts, is_micro};
-use super::lane_use::LaneUse;
+use super::lane_use::{LaneUse, sides};
 use super::lines::{Lines, One, SideRun, StretchLanes};
-use super::nodes::{EndNodes, Nodes, sides};
+use super::nodes::{EndNodes, Nodes};
 use super::runs::runs;
 use super::scene::{Drawn, Piece, Scene, note};
 use super::stretches::{ONE_BORDER, section_at, strip};

@@ -14,8 +14,8 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
 use crate::xodr::Signal;
 
+use super::lane_use::sides;
 use super::lines::point;
-use super::nodes::sides;
 use super::scene::{Drawn, Piece, Scene, note};
 use super::signal_use::SignalUse;
 use super::signals::{Approach, Furniture, Placed, approaches};

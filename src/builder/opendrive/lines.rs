@@ -9,9 +9,9 @@ use crate::geometry::Polyline;
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 use crate::xodr::{Lane, Place};
 
-use super::lane_use::LaneUse;
+use super::lane_use::{LaneUse, sides};
 use super::marks::{self, Beside};
-use super::nodes::{BorderEnd, EndNodes, sides};
+use super::nodes::{BorderEnd, EndNodes};
 use super::plane::Plane;
 use super::sampling;
 use super::scene::{Drawn, DrawnLane, Piece, Scene};

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::xodr::Place;
 
 use super::contacts::{Contact, LaneEnd};
+use super::lane_use::sides;
 
 /// Ends of borders up to this far from each other, metres, are one place: its mean.
 pub const WELD: f64 = 0.05;
@@ -39,11 +40,6 @@ pub struct Gap {
     pub distance: f64,
     /// Whether the lanes were joined all the same.
     pub joined: bool,
-}
-
-/// The borders of a lane, at the larger and at the smaller offset to the left.
-pub fn sides(lane: i64) -> [i64; 2] {
-    if lane > 0 { [lane, lane - 1] } else { [lane + 1, lane] }
 }
 
 fn distance(a: Place, b: Place) -> f64 {

@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::contacts::LaneEnd;
+use super::lane_use::sides;
 use super::lines::StretchLanes;
-use super::nodes::{EndNodes, sides};
+use super::nodes::EndNodes;
 use super::scene::{Piece, Scene};
 
 /// The most ways through one road that are told apart.

@@ -193,7 +193,7 @@ fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usi
             return false;
         };
         let section = scene.section(piece.stretch);
-        let sides = super::nodes::sides(piece.lane).map(|border| section.offset(road, border, station));
+        let sides = super::lane_use::sides(piece.lane).map(|border| section.offset(road, border, station));
         (low..=high).contains(&f64::midpoint(sides[0], sides[1]))
     };
     lanes.into_iter().filter(covers).collect()

@@ -5,8 +5,7 @@ use std::ops::Range;
 
 use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
 
-use super::lane_use::LaneUse;
-use super::nodes::sides;
+use super::lane_use::{LaneUse, sides};
 use super::signal_use::lights_between;
 
 /// Sections and roads shorter than this, metres, are dissolved: exporters leave some of a micrometre.
