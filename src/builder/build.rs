@@ -185,7 +185,7 @@ fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &B
     }
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
-    wishes.extend(unmet.map(|i| unmet_wish(&options.merges[i])));
+    wishes.extend(unmet.map(|i| merge_without_effect(&options.merges[i])));
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
@@ -243,7 +243,7 @@ fn place_of(said: &MergeSettings) -> String {
 /// Slug of the finding about an entry that names no road, or that has no effect.
 pub const UNMET_WISH: &str = "merge-unmet";
 
-fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
+fn merge_without_effect((said, merge): &(MergeSettings, bool)) -> Finding {
     let key = if *merge { "merge" } else { "keep_apart" };
     let place = place_of(said);
     let message = match said {

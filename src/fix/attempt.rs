@@ -4,7 +4,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::fixes_by_place::elements_of;
 use super::harmful_fixes;
-use super::judgement::{Bench, Judge, Known};
+use super::judgement::{ChangeJudge, Judge, JudgedMap};
 use super::proposal::{Attempt, Mend, Proposal};
 use super::routes;
 use super::text_edits::{IdRange, Key, TextEdits};
@@ -34,10 +34,10 @@ pub struct Earlier {
 /// Applies the fixes of a batch that change different things, and after each leading fix those that follow from it; `None` if
 /// none could be applied.
 pub fn attempt<J: Judge>(
-    known: Known,
+    known: JudgedMap,
     may: &impl Fn(&Fix) -> bool,
     batch: &[Proposal],
-    (bench, earlier): (&Bench<J>, &mut Earlier),
+    (judge, earlier): (&ChangeJudge<J>, &mut Earlier),
 ) -> Result<Option<Attempt>, FixError<J::Error>> {
     let mut edits = TextEdits::new(known.osm);
     edits.spare(earlier.ids.values().copied());
@@ -62,23 +62,23 @@ pub fn attempt<J: Judge>(
     }
     let renumbered = edits.renumbered();
     let osm = edits.made().map_err(FixError::Read)?;
-    let last = earlier.last.as_ref().map(|(osm, left)| Known { osm, left });
-    let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
+    let last = earlier.last.as_ref().map(|(osm, left)| JudgedMap { osm, left });
+    let left = judge.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
     let mut attempt = Attempt { osm, left, done, renumbered, routes: Vec::new(), is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
     if leads && !harmful_fixes::does_other_harm(known.left, &attempt) {
-        follow_all(known, may, &mut attempt, bench)?;
+        follow_all(known, may, &mut attempt, judge)?;
     } else {
-        attempt.compare_routes(known.osm, bench);
+        attempt.compare_routes(known.osm, judge);
     }
     Ok(Some(attempt))
 }
 
 impl Attempt {
     /// Finds the routes that the batch changes.
-    fn compare_routes<J: Judge>(&mut self, before: &OsmData, bench: &Bench<J>) {
+    fn compare_routes<J: Judge>(&mut self, before: &OsmData, judge: &ChangeJudge<J>) {
         self.routes = match routes::may_change(&self.done) {
-            true => bench.changed_routes(before, &self.osm, &self.renumbered),
+            true => judge.changed_routes(before, &self.osm, &self.renumbered),
             false => Vec::new(),
         };
     }
@@ -86,18 +86,18 @@ impl Attempt {
 
 /// Applies what follows from the leading fixes of a batch, step by step.
 pub fn follow_all<J: Judge>(
-    known: Known,
+    known: JudgedMap,
     may: &impl Fn(&Fix) -> bool,
     attempt: &mut Attempt,
-    bench: &Bench<J>,
+    judge: &ChangeJudge<J>,
 ) -> Result<(), FixError<J::Error>> {
     attempt.is_followed = true;
     for _ in 0..MOST_STEPS {
-        if !follow(known.left, may, attempt, bench)? {
+        if !follow(known.left, may, attempt, judge)? {
             break;
         }
     }
-    attempt.compare_routes(known.osm, bench);
+    attempt.compare_routes(known.osm, judge);
     Ok(())
 }
 
@@ -110,7 +110,7 @@ fn follow<J: Judge>(
     before: &[Diagnostic],
     may: &impl Fn(&Fix) -> bool,
     attempt: &mut Attempt,
-    bench: &Bench<J>,
+    judge: &ChangeJudge<J>,
 ) -> Result<bool, FixError<J::Error>> {
     let following = harmful_fixes::following(before, attempt, may);
     let mut edits = TextEdits::new(&attempt.osm);
@@ -125,8 +125,8 @@ fn follow<J: Judge>(
     }
     let renumbered = edits.renumbered();
     let osm = edits.made().map_err(FixError::Read)?;
-    let known = Known { osm: &attempt.osm, left: &attempt.left };
-    let left = bench.judged([known], &osm).map_err(FixError::Judge)?;
+    let known = JudgedMap { osm: &attempt.osm, left: &attempt.left };
+    let left = judge.judged([known], &osm).map_err(FixError::Judge)?;
     let before = (std::mem::replace(&mut attempt.osm, osm), std::mem::replace(&mut attempt.left, left));
     attempt.as_made.get_or_insert(before);
     for ((kind, _), id) in &mut attempt.renumbered {

@@ -62,7 +62,7 @@ impl<E, F: Fn(&OsmData) -> Result<Vec<Diagnostic>, E>> Judge for F {
 
 /// A map with its findings.
 #[derive(Clone, Copy, Debug)]
-pub struct Known<'a> {
+pub struct JudgedMap<'a> {
     pub osm: &'a OsmData,
     pub left: &'a [Diagnostic],
 }
@@ -74,7 +74,7 @@ const MOST_TWICE: f64 = 0.35;
 const MOST_ONCE: f64 = 0.7;
 
 /// Judges maps one after another.
-pub struct Bench<J> {
+pub struct ChangeJudge<J> {
     judge: J,
     /// Whether a map was judged by its surroundings alone since the last map that was judged as a whole.
     is_guessed: Cell<bool>,
@@ -116,7 +116,7 @@ pub enum Confirmed {
     Worse,
 }
 
-impl<J: Judge> Bench<J> {
+impl<J: Judge> ChangeJudge<J> {
     pub fn new(judge: J) -> Self {
         Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false), last: RefCell::default() }
     }
@@ -142,7 +142,7 @@ impl<J: Judge> Bench<J> {
     /// Where it cannot be judged.
     pub fn judged<'a>(
         &self,
-        known: impl IntoIterator<Item = Known<'a>>,
+        known: impl IntoIterator<Item = JudgedMap<'a>>,
         osm: &OsmData,
     ) -> Result<Vec<Diagnostic>, J::Error> {
         if self.is_exact.get() {
@@ -167,7 +167,7 @@ impl<J: Judge> Bench<J> {
     /// The findings in a map that differs from a known one near some elements alone; `None` where that is most of the map.
     fn judged_in_part(
         &self,
-        known: Known,
+        known: JudgedMap,
         osm: &OsmData,
         mut near: FxHashSet<Key>,
     ) -> Result<Option<Vec<Diagnostic>>, J::Error> {

@@ -32,7 +32,7 @@ pub use canonical::{Unkept, canonical};
 use error_counts::ErrorCounts;
 use harmful_fixes::{Divided, Verdict};
 pub use judgement::Judge;
-use judgement::{Bench, Confirmed, Known};
+use judgement::{ChangeJudge, Confirmed, JudgedMap};
 use order::first_of;
 pub use proposal::Mend;
 use proposal::{Attempt, Proposal};
@@ -73,8 +73,8 @@ pub struct Mended {
 ///
 /// If `judge` fails, or an edited file cannot be read again.
 pub fn mend<J: Judge>(osm: OsmData, scope: impl Into<Scope>, judge: J) -> Result<Mended, FixError<J::Error>> {
-    let bench = Bench::new(judge);
-    let left = bench.whole(&osm).map_err(FixError::Judge)?;
+    let judge = ChangeJudge::new(judge);
+    let left = judge.whole(&osm).map_err(FixError::Judge)?;
     let before = [Severity::Error, Severity::Warning].map(|severity| count(&left, severity));
     let state = Mended {
         osm,
@@ -87,14 +87,14 @@ pub fn mend<J: Judge>(osm: OsmData, scope: impl Into<Scope>, judge: J) -> Result
         unsafe_left: 0,
         revealed: 0,
     };
-    let start = Course::new(state, scope.into());
+    let start = Run::new(state, scope.into());
     let [most, _] = before;
-    let mut course = start.clone().ended(&bench)?;
+    let mut run = start.clone().ended(&judge)?;
     // No map may have more errors than before.
-    if count(&course.state.left, Severity::Error) > most {
-        course = start.sparing().ended(&bench)?;
+    if count(&run.state.left, Severity::Error) > most {
+        run = start.leaving_unmarked().ended(&judge)?;
     }
-    let Course { mut state, known, .. } = course;
+    let Run { mut state, known, .. } = run;
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
     state.refused.retain(|(mend, _)| open.contains(mend));
     state.revealed = known.exceeded_by(&state.left).len();
@@ -116,7 +116,7 @@ impl Mended {
 
 /// The state of a run of fixes.
 #[derive(Clone)]
-struct Course {
+struct Run {
     state: Mended,
     memory: Memory,
     /// The errors of the map as it was.
@@ -129,7 +129,7 @@ struct Course {
 /// The largest number of times that the fixes are tried again from the beginning: two fixes may undo each other.
 const PASSES: usize = 8;
 
-impl Course {
+impl Run {
     fn new(state: Mended, scope: Scope) -> Self {
         let known = ErrorCounts::of(&state.left);
         let memory = Memory { scope, ..Memory::default() };
@@ -137,18 +137,18 @@ impl Course {
     }
 
     /// The same run, but an intersection is not marked if that reveals more errors than it mends.
-    fn sparing(mut self) -> Self {
-        self.memory.spares = true;
+    fn leaving_unmarked(mut self) -> Self {
+        self.memory.leaves_unmarked = true;
         self
     }
 
     /// Makes fixes to the end.
-    fn ended<J: Judge>(mut self, bench: &Bench<J>) -> Result<Self, FixError<J::Error>> {
+    fn ended<J: Judge>(mut self, judge: &ChangeJudge<J>) -> Result<Self, FixError<J::Error>> {
         let mut sure = self.clone();
         loop {
-            self.run(bench)?;
+            self.run(judge)?;
             // A result that was judged by its surroundings alone is judged as a whole before it is kept.
-            match bench.confirm(&self.state.osm, &self.state.left).map_err(FixError::Judge)? {
+            match judge.confirm(&self.state.osm, &self.state.left).map_err(FixError::Judge)? {
                 Confirmed::AsIs => {}
                 Confirmed::Otherwise(left) => self.state.left = left,
                 Confirmed::Worse => {
@@ -171,23 +171,23 @@ impl Course {
         }
         self.passes += 1;
         self.made_before = self.state.done.len();
-        let Memory { scope, spares, mut tried, .. } = std::mem::take(&mut self.memory);
+        let Memory { scope, leaves_unmarked, mut tried, .. } = std::mem::take(&mut self.memory);
         let again = tried.forget_changed(self.state.left.iter().filter_map(Proposal::of));
         self.state.refused.retain(|(mend, _)| tried.has(mend));
-        self.memory = Memory { scope, spares, tried, ..Memory::default() };
+        self.memory = Memory { scope, leaves_unmarked, tried, ..Memory::default() };
         again
     }
 
     /// Makes fixes until none is open that was not tried.
-    fn run<J: Judge>(&mut self, bench: &Bench<J>) -> Result<(), FixError<J::Error>> {
+    fn run<J: Judge>(&mut self, judge: &ChangeJudge<J>) -> Result<(), FixError<J::Error>> {
         loop {
             cancel::look();
             let open = self.memory.open(&self.state.left);
             if open.is_empty() {
                 return Ok(());
             }
-            bench.tell(self.state.done.len(), open.len());
-            let renumbered = round(&mut self.state, &mut self.memory, first_of(open), bench)?;
+            judge.tell(self.state.done.len(), open.len());
+            let renumbered = round(&mut self.state, &mut self.memory, first_of(open), judge)?;
             if !renumbered.is_empty() {
                 self.known = std::mem::take(&mut self.known).renumbered(&renumbered);
             }
@@ -200,7 +200,7 @@ impl Course {
 struct Memory {
     scope: Scope,
     /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
-    spares: bool,
+    leaves_unmarked: bool,
     /// No fix is tried twice, so that two fixes cannot undo each other forever.
     tried: Tried,
     /// Fixes that brought errors with fixes of their own: they are tried again together with these.
@@ -235,7 +235,7 @@ fn round<J: Judge>(
     state: &mut Mended,
     memory: &mut Memory,
     mut batch: Vec<Proposal>,
-    bench: &Bench<J>,
+    judge: &ChangeJudge<J>,
 ) -> Result<FxHashMap<Key, i64>, FixError<J::Error>> {
     let to_blame = std::mem::take(&mut memory.to_blame);
     let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
@@ -243,8 +243,8 @@ fn round<J: Judge>(
     let mut earlier = Earlier::default();
     let may = memory.allowed();
     while !batch.is_empty() {
-        let known = Known { osm: &state.osm, left: &state.left };
-        let Some(mut attempt) = attempt(known, &may, &batch, (bench, &mut earlier))? else {
+        let known = JudgedMap { osm: &state.osm, left: &state.left };
+        let Some(mut attempt) = attempt(known, &may, &batch, (judge, &mut earlier))? else {
             // None of them can be applied, although nothing else is changed.
             let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
             refuse(state, memory, all);
@@ -255,7 +255,7 @@ fn round<J: Judge>(
         if apart && verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
             // What follows is known from this attempt.
             lead(memory, &verdict, &mut attempt.done);
-            follow_all(known, &may, &mut attempt, bench)?;
+            follow_all(known, &may, &mut attempt, judge)?;
             verdict = self::verdict(state, memory, &attempt, is_first);
         }
         if verdict.is_clean() {
@@ -295,7 +295,7 @@ fn round<J: Judge>(
 fn verdict(state: &Mended, memory: &Memory, attempt: &Attempt, is_first: bool) -> Verdict {
     let may = memory.allowed();
     let mut verdict = harmful_fixes::verdict(&state.left, attempt, &may, is_first);
-    if memory.spares {
+    if memory.leaves_unmarked {
         verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, &may));
     }
     verdict.refused.extend(routes::unasked(attempt));

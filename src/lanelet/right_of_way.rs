@@ -29,7 +29,7 @@ pub enum Relation {
 
 /// What the algorithm needs to know of one movement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mover {
+pub struct RankedMovement {
     /// The arm where it starts.
     pub arm: usize,
     /// Which way it goes.
@@ -48,7 +48,7 @@ pub struct Mover {
 /// is asked of two movements, by their position.
 pub fn yields(
     x: usize,
-    movers: &[Mover],
+    movers: &[RankedMovement],
     conflicts: &[usize],
     relation: impl Fn(usize, usize) -> Relation,
 ) -> Vec<usize> {
@@ -64,7 +64,7 @@ pub fn yields(
         .collect()
 }
 
-fn ignores_by_signal(me: &Mover, other: &Mover, relation: Relation) -> bool {
+fn ignores_by_signal(me: &RankedMovement, other: &RankedMovement, relation: Relation) -> bool {
     match (me.turn, relation) {
         // Autoware watches nothing for a straight lanelet with a light.
         (Turn::Straight, _) => false,
@@ -76,7 +76,7 @@ fn ignores_by_signal(me: &Mover, other: &Mover, relation: Relation) -> bool {
     }
 }
 
-fn ignores_by_rank(me: &Mover, other: &Mover, relation: Relation) -> bool {
+fn ignores_by_rank(me: &RankedMovement, other: &RankedMovement, relation: Relation) -> bool {
     let over_minor_road = me.priority == Some(true) && other.priority == Some(false);
     let over_far_turn = me.priority == other.priority
         && relation == Relation::InPhase

@@ -121,11 +121,11 @@ impl<'a> Case<'a> {
     }
 
     fn yields(&self, name: &str) -> Vec<&str> {
-        let movers: Vec<Mover> = self
+        let movers: Vec<RankedMovement> = self
             .names
             .iter()
             .zip(&self.bicycles)
-            .map(|(n, &bicycle)| Mover {
+            .map(|(n, &bicycle)| RankedMovement {
                 arm: arm(n.as_bytes()[0]),
                 turn: turn(n, self.side),
                 signalised: self.signalised,

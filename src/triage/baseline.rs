@@ -32,12 +32,12 @@ pub enum BaselineError {
 
 #[derive(Deserialize)]
 struct File {
-    findings: Vec<Known>,
+    findings: Vec<KnownFinding>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Known {
+struct KnownFinding {
     code: String,
     primitive: PrimitiveKind,
     id: Option<i64>,
@@ -70,7 +70,7 @@ impl Baseline {
         }
         let File { findings } = serde_json::from_str(text)?;
         let mut counts: BTreeMap<(String, Subject), usize> = BTreeMap::new();
-        for Known { code, primitive, id, count } in findings {
+        for KnownFinding { code, primitive, id, count } in findings {
             let known = counts.entry((code, primitive.subject(id))).or_default();
             *known = known.saturating_add(count);
         }
@@ -85,7 +85,7 @@ impl Baseline {
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{{\n  \"schema_version\": {SCHEMA_VERSION},\n  \"findings\": [")?;
         for (at, ((code, subject), &count)) in self.counts.iter().enumerate() {
-            let known = Known { code: code.clone(), primitive: (*subject).into(), id: subject.id(), count };
+            let known = KnownFinding { code: code.clone(), primitive: (*subject).into(), id: subject.id(), count };
             let comma = if at + 1 < self.counts.len() { "," } else { "" };
             writeln!(out, "    {}{comma}", serde_json::to_string(&known)?)?;
         }

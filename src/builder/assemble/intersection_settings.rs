@@ -3,7 +3,7 @@
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::geometry::Vector;
 use crate::lanelet::PolygonId;
-use crate::lanelet::right_of_way::Mover;
+use crate::lanelet::right_of_way::RankedMovement;
 use crate::settings::{ApproachName, IntersectionSettings};
 
 /// Compass names, clockwise from north, one for every 45 degrees.
@@ -41,7 +41,7 @@ pub fn settings(
     area: PolygonId,
     names: &[ApproachName],
     prohibited: &[(usize, usize)],
-    movers: &[Mover],
+    movers: &[RankedMovement],
 ) -> Option<IntersectionSettings> {
     let mut arms: Vec<usize> =
         movers.iter().filter(|m| m.priority == Some(true) && !m.signalised).map(|m| m.arm).collect();

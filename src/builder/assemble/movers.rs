@@ -9,7 +9,7 @@ use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
-use crate::lanelet::right_of_way::{Mover, Turn};
+use crate::lanelet::right_of_way::{RankedMovement, Turn};
 
 /// The approaches of an intersection.
 struct Approaches<'a> {
@@ -86,7 +86,7 @@ impl IntersectionAssembly<'_> {
         paths: &[TurningLanelet],
         controls: &[Control],
         legs: &[usize],
-    ) -> Vec<Mover> {
+    ) -> Vec<RankedMovement> {
         let ranks = Approaches { network: self.context.network, arms, controls, legs }.priorities();
         let near = if self.context.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
         paths
@@ -102,7 +102,7 @@ impl IntersectionAssembly<'_> {
                 let bicycle = path.kind == StripKind::Bicycle;
                 let priority = ranks.as_ref().map(|ranks| ranks[arm]);
                 // Where some arms have lights, those without give way to them.
-                Mover { arm, turn, signalised, controlled: true, priority, bicycle }
+                RankedMovement { arm, turn, signalised, controlled: true, priority, bicycle }
             })
             .collect()
     }

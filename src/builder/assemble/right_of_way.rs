@@ -8,7 +8,7 @@ use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::tags::cross_section::StripKind;
 use crate::geometry::{Vector, angle_between};
 use crate::lanelet::index::{Crossed, Edge, legs};
-use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
+use crate::lanelet::right_of_way::{OPPOSITE, RankedMovement, Relation, Turn, opposites, yields};
 use crate::lanelet::{PointId, Target};
 
 /// For each arm, the first arm of its leg. Carriageways on both sides of a median, or side by side, are one leg.
@@ -35,7 +35,7 @@ pub(crate) fn rights_of_way(
     assembly: &mut MapBuilder,
     legs: &[usize],
     paths: &[TurningLanelet],
-    movers: &[Mover],
+    movers: &[RankedMovement],
     conflicts: &Conflicts,
 ) {
     let heading_of = headings(legs, paths);

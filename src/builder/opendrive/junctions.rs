@@ -21,7 +21,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::{JOINING, center_line};
-use crate::lanelet::right_of_way::{Mover, Turn};
+use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{Attributes, PointId, TurnDirection};
 use crate::settings::{IntersectionSettings, LooseEnds};
 use crate::xodr::{Junction, JunctionKind, RoadLink};
@@ -369,7 +369,7 @@ impl<'a> Site<'a> {
         furniture.control(&lanes)
     }
 
-    fn movers(&self, controls: &[Control], side: DrivingSide) -> Vec<Mover> {
+    fn movers(&self, controls: &[Control], side: DrivingSide) -> Vec<RankedMovement> {
         let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
         let lights = controls.contains(&Control::Signals);
         let waits = |control: &Control| {
@@ -379,7 +379,7 @@ impl<'a> Site<'a> {
         let leads_in = |arm: &usize| !self.arms[*arm].into.is_empty();
         let ranked = (0..first.len()).filter(leads_in).map(|arm| first[arm]).collect::<Vec<_>>();
         let differ = ranked.contains(&true) && ranked.contains(&false);
-        let mover = |path: &TurningLanelet| Mover {
+        let mover = |path: &TurningLanelet| RankedMovement {
             arm: path.movement.from,
             turn: match path.turn * near {
                 t if t.abs() <= STRAIGHT => Turn::Straight,

@@ -8,7 +8,7 @@ use super::thresholds;
 use super::types::{Intersection, MapIndex, Movement, Rank, Traffic};
 use super::user_names::UserNames;
 use crate::geometry::angle_between;
-use crate::lanelet::right_of_way::{Mover, Turn};
+use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
 
 /// A movement is straight up to this change of heading (deg).
@@ -37,7 +37,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         };
         let signalised = map.is_signalised(map.lanes[lane].id);
         let bicycle = map.lanes[lane].bicycle;
-        let mover = Mover { arm: from, turn, signalised, controlled: true, priority: None, bicycle };
+        let mover = RankedMovement { arm: from, turn, signalised, controlled: true, priority: None, bicycle };
         movements.push(Movement { lane, from, to, mover });
     }
     let together = together(map, intersection, &movements);

@@ -10,7 +10,7 @@ use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
 use super::view::View;
 use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
-use crate::lanelet::right_of_way::{Mover, Relation, yields};
+use crate::lanelet::right_of_way::{RankedMovement, Relation, yields};
 use crate::lanelet::{
     LaneletId, LaneletMap, LineStringId, LoadFault, PointId, PolygonId, RegulatoryElement, RegulatoryElementId, Target,
     TurnDirection,
@@ -337,7 +337,7 @@ pub struct Movement {
     /// Where it ends.
     pub to: usize,
     /// What decides who may go.
-    pub mover: Mover,
+    pub mover: RankedMovement,
 }
 
 /// How much is known about priority where there is no signal.
@@ -408,7 +408,7 @@ impl Traffic {
 
     /// The movements that conflict with `x` and that it may ignore.
     pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
-        let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
+        let movers: Vec<RankedMovement> = self.movements.iter().map(|movement| movement.mover).collect();
         yields(x, &movers, &self.met(map, x), |x, y| self.relation(x, y))
     }
 }
