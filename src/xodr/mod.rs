@@ -27,6 +27,8 @@ pub use road::{Lane, Place, Road, RoadEnd, RoadLink, RoadMark, Section, inner};
 /// What stands at the head of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Header {
+    /// The line of its georeference, else its own, from 1.
+    pub line: usize,
     /// Where on earth it lies.
     pub plane: Plane,
     /// What is added to its metres, after a turn: x, y, z (metres), and the turn (radians).

@@ -94,7 +94,7 @@ impl Reading<'_> {
             self.odd(words, note.clone());
         }
         let offset = document.child(ix, "offset").map(|offset| self.numbers(offset, ["x", "y", "z", "hdg"]));
-        Header { plane, offset: offset.unwrap_or_default() }
+        Header { line: document.line(words.unwrap_or(ix)), plane, offset: offset.unwrap_or_default() }
     }
 
     fn cubics(&mut self, parts: impl IntoIterator<Item = Ix>, start: &str) -> Cubics {

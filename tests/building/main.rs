@@ -13,6 +13,7 @@ mod lane_stitching;
 mod networks;
 mod opendrive;
 mod opendrive_lanes;
+mod opendrive_signals;
 mod pictures;
 mod quality;
 mod random_towns;

@@ -9,7 +9,7 @@ use lanewright::lanelet::Lanelet;
 use crate::common::program::lanewright;
 
 /// A lane: id, width where its section begins, width per metre, the lanes before and behind; 0 is none.
-type LaneText = (i64, f64, f64, i64, i64);
+pub type LaneText = (i64, f64, f64, i64, i64);
 
 /// A road: id, junction, predecessor and successor with their contact points, its geometry, and its sections with their stations.
 struct RoadText<'a> {
@@ -63,7 +63,7 @@ fn line(x: f64, y: f64, length: f64) -> String {
     format!("<geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"0\" length=\"{length}\"><line/></geometry>")
 }
 
-fn built(text: &str) -> BuiltMap {
+pub fn built(text: &str) -> BuiltMap {
     build(Input::bytes("survey.xodr", text), &LayoutOptions::default()).unwrap()
 }
 
@@ -72,7 +72,7 @@ fn roads(map: &BuiltMap) -> Vec<&Lanelet> {
 }
 
 /// The errors of `check` on the map of a text.
-fn errors(text: &str) -> Vec<String> {
+pub fn errors(text: &str) -> Vec<String> {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("survey.xodr"), text).unwrap();
     lanewright(dir.path(), &["build", "survey.xodr", "-o", "map"]).exits(0);
@@ -149,7 +149,7 @@ fn the_inner_bound_of_a_turn_does_not_run_back() {
 }
 
 /// A road from the west, one to the east and one to the south; `through` has the sections of the way straight on.
-fn junction(through: &[(f64, &[LaneText])], entry: i64) -> String {
+pub fn junction(through: &[(f64, &[LaneText])], entry: i64) -> String {
     let [west, middle, east] = [line(0.0, 0.0, 50.0), line(50.0, 0.0, 20.0), line(70.0, 0.0, 50.0)];
     let quarter = 10.0 * std::f64::consts::FRAC_PI_2;
     let turn = format!(

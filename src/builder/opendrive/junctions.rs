@@ -21,7 +21,6 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::{JOINING, center_line};
-use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{Attributes, PointId, TurnDirection};
 use crate::settings::{IntersectionSettings, LooseEnds};
 use crate::xodr::{Junction, JunctionKind, RoadLink};
@@ -51,17 +50,21 @@ pub struct Made {
 type Ending = (usize, bool);
 
 /// A junction with its lanelets.
-struct Site<'a> {
-    scene: &'a Scene<'a>,
-    drawn: &'a Drawn,
+pub struct Site<'a> {
+    /// The file.
+    pub scene: &'a Scene<'a>,
+    /// Its lanelets.
+    pub drawn: &'a Drawn,
     /// The road ends around it, clockwise.
-    endings: Vec<Ending>,
-    arms: Vec<Arm>,
-    paths: Vec<TurningLanelet>,
+    pub endings: Vec<Ending>,
+    /// For each road end its lanes.
+    pub arms: Vec<Arm>,
+    /// The ways through it.
+    pub paths: Vec<TurningLanelet>,
     /// For each path the lane that it is drawn from.
-    members: Vec<usize>,
+    pub members: Vec<usize>,
     /// Other lanes, which are not reached from outside or do not lead out.
-    strays: Vec<usize>,
+    pub strays: Vec<usize>,
 }
 
 /// Draws the areas of all junctions and decides their rights of way.
@@ -301,12 +304,29 @@ impl<'a> Site<'a> {
             }
         }
         let legs = legs_of(assembly, &arms);
-        let movers = self.movers(&controls, side);
+        let ranks = self.ranks(junction, &controls, furniture);
+        let movers = self.movers(&controls, &ranks, side);
         rights_of_way(assembly, &legs, &self.paths, &movers, &found);
         let of_leg = headings(&legs, &self.paths);
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
-        made.settings.extend(intersection_settings::settings(id, &names, &[], &movers));
+        // The settings know approaches: one of which some ways go first is none that does.
+        let mut arms = movers.clone();
+        for mover in &mut arms {
+            if movers.iter().any(|it| it.arm == mover.arm && it.priority != Some(true)) {
+                mover.priority = None;
+            }
+        }
+        let settings = intersection_settings::settings(id, &names, &[], &arms);
+        let phases = self.phases(junction, furniture);
+        if phases.is_empty() {
+            made.settings.extend(settings);
+        } else {
+            let phases = phases.into_iter().map(|arms| arms.into_iter().map(|arm| names[arm].clone()).collect());
+            let settings =
+                settings.unwrap_or(IntersectionSettings { ia: Some(id.0), ..IntersectionSettings::default() });
+            made.settings.push(IntersectionSettings { phases: phases.collect(), ..settings });
+        }
     }
 
     /// Names the lanes that the file leads to the junction and links to nothing there, and the directions of lanes for both in which
@@ -359,39 +379,6 @@ impl<'a> Site<'a> {
             turns && self.paths.iter().any(goes_on)
                 || found.real[at].iter().any(|&other| ruled || !joins(&self.paths[other]))
         })
-    }
-
-    /// What controls an arm: lights, else signs.
-    fn control(&self, arm: usize, furniture: &Furniture) -> Control {
-        let paths = self.paths.iter().zip(&self.members).filter(|(path, _)| path.movement.from == arm);
-        let mut lanes: Vec<usize> = self.arms[arm].into.iter().map(|lane| lane.lane).collect();
-        lanes.extend(paths.map(|(_, member)| *member));
-        furniture.control(&lanes)
-    }
-
-    fn movers(&self, controls: &[Control], side: DrivingSide) -> Vec<RankedMovement> {
-        let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
-        let lights = controls.contains(&Control::Signals);
-        let waits = |control: &Control| {
-            matches!(control, Control::Stop | Control::GiveWay) || lights && *control != Control::Signals
-        };
-        let first: Vec<bool> = controls.iter().map(|control| !waits(control)).collect();
-        let leads_in = |arm: &usize| !self.arms[*arm].into.is_empty();
-        let ranked = (0..first.len()).filter(leads_in).map(|arm| first[arm]).collect::<Vec<_>>();
-        let differ = ranked.contains(&true) && ranked.contains(&false);
-        let mover = |path: &TurningLanelet| RankedMovement {
-            arm: path.movement.from,
-            turn: match path.turn * near {
-                t if t.abs() <= STRAIGHT => Turn::Straight,
-                t if t > 0.0 => Turn::Near,
-                _ => Turn::Far,
-            },
-            signalised: controls[path.movement.from] == Control::Signals,
-            controlled: true,
-            priority: differ.then(|| first[path.movement.from]),
-            bicycle: false,
-        };
-        self.paths.iter().map(mover).collect()
     }
 }
 

@@ -63,7 +63,7 @@ impl<'a> Drawing<'a> {
                 SignalUse::Stop => self.sign(assembly, placed, "stop_sign"),
                 SignalUse::GiveWay => self.sign(assembly, placed, "give_way"),
                 SignalUse::Speed(limit) => self.speed(assembly, placed, limit),
-                SignalUse::WalkLight | SignalUse::StopLine | SignalUse::Other => {}
+                SignalUse::WalkLight | SignalUse::StopLine | SignalUse::Priority | SignalUse::Other => {}
             }
         }
         for members in lit {
@@ -76,6 +76,11 @@ impl<'a> Drawing<'a> {
             if in_area(lane) || behind.is_empty() && !has_line {
                 continue;
             }
+            if self.furniture.before_line(self.drawn, lane).is_some() && !has_line {
+                // It begins behind the stop line.
+                continue;
+            }
+            let behind = if behind.is_empty() { self.drawn.next[lane].clone() } else { behind };
             let control = self.furniture.control(&[&[lane][..], &behind].concat());
             if matches!(control, Control::Signals | Control::Stop) && self.lines.contains_key(&lane) {
                 continue;
@@ -127,6 +132,11 @@ impl<'a> Drawing<'a> {
         let (between, near): (Vec<usize>, Vec<usize>) =
             placed.lanes.iter().partition(|&&lane| placed.is_between(self.scene, self.drawn, lane));
         let mut found = approaches(self.scene, self.drawn, &near);
+        for approach in &mut found {
+            if let Some(before) = self.furniture.before_line(self.drawn, approach.lane) {
+                *approach = Approach { lane: before, behind: vec![approach.lane] };
+            }
+        }
         let others = if found.is_empty() { near } else { Vec::new() };
         for lane in between.into_iter().chain(others) {
             // Lanes are split at lights; the part that begins there may be the one behind or the one before.

@@ -11,6 +11,7 @@ mod lines;
 mod marks;
 mod nodes;
 mod plane;
+mod ranks;
 mod runs;
 mod sampling;
 mod scene;
@@ -68,6 +69,10 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     let mut drawn = lanes::draw(&mut assembly, &scene, &options.beside);
     let mut whole = Assembled { roads: file.roads.len(), ..Assembled::default() };
     whole.notes = file.oddities.iter().map(|it| note("opendrive-odd", it.line, it.message.clone())).collect();
+    if file.header.plane.on_geoid {
+        let message = "heights are above the geoid that the georeference names; they stay as they are".to_owned();
+        whole.notes.push(note("opendrive-heights", file.header.line, message).graded(Severity::Info));
+    }
     whole.notes.append(&mut drawn.notes);
     let left_hand = file.roads.iter().filter(|road| road.left_hand).count() * 2 > file.roads.len();
     let side = if left_hand { DrivingSide::Left } else { DrivingSide::Right };

@@ -1,6 +1,6 @@
 //! What signals of a file are for, by their numbers and words, and where lights stand between intersections.
 
-use crate::xodr::{Road, Signal};
+use crate::xodr::{Object, Road, Signal};
 
 /// Lights for vehicles in OpenDRIVE's own list of signals.
 const VEHICLE_LIGHTS: [&str; 6] = ["1000001", "1000008", "1000009", "1000010", "1000011", "1000012"];
@@ -12,6 +12,10 @@ const STOP_LINES: [&str; 1] = ["294"];
 const STOP_SIGNS: [&str; 3] = ["206", "R1-1", "R1"];
 /// ... and of give-way signs.
 const GIVE_WAY_SIGNS: [&str; 2] = ["205", "R1-2"];
+/// Signs of roads that go first: at the next junction, and at all.
+const PRIORITY_SIGNS: [&str; 2] = ["301", "306"];
+/// Lanes are cut at stop lines, and those of several lanes that lie this close, metres, at one of them.
+pub const AT_CUT: f64 = 1.0;
 /// A light farther than this before the end of its road, metres, stands between intersections, ...
 const BEFORE_END: f64 = 40.0;
 /// ... unless it is so near to the road's begin, metres, that it hangs behind an intersection.
@@ -30,6 +34,8 @@ pub enum SignalUse {
     Stop,
     /// A give-way sign.
     GiveWay,
+    /// A sign of a road that goes first.
+    Priority,
     /// A speed limit, km/h.
     Speed(f64),
     /// Something that the map does not show.
@@ -60,6 +66,9 @@ pub fn use_of(signal: &Signal) -> SignalUse {
     if GIVE_WAY_SIGNS.contains(&kind) {
         return SignalUse::GiveWay;
     }
+    if PRIORITY_SIGNS.contains(&kind) {
+        return SignalUse::Priority;
+    }
     if ["274", "274.1"].contains(&kind) {
         let unit = match signal.unit.as_str() {
             "mph" => 1.609_344,
@@ -76,6 +85,27 @@ pub fn use_of(signal: &Signal) -> SignalUse {
 /// Whether words name a stop line: bus stops and buildings have the word, too.
 pub fn is_stop_line(words: &str) -> bool {
     ["stopline", "holdingline"].iter().any(|word| words.contains(word))
+}
+
+/// The stations of a road's stop lines, metres.
+pub fn stop_stations(road: &Road) -> Vec<f64> {
+    let signals = road.signals.iter().filter(|signal| use_of(signal) == SignalUse::StopLine);
+    let objects = road.objects.iter().filter(|object| is_stop_line(&object.words()));
+    let all = signals.map(|signal| signal.at[0]).chain(objects.map(|object| middle(road, object)));
+    let mut all: Vec<f64> = all.collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// The station of the middle of a line, metres.
+pub fn middle(road: &Road, object: &Object) -> f64 {
+    let Some(ring) = object.ring(road) else { return object.at[0] };
+    // Against the reference line there: lines are short.
+    let at = road.plan.at(object.at[0]);
+    let count = ring.len().max(1) as f64;
+    let along: f64 =
+        ring.iter().map(|[x, y, _]| (x - at.point.x) * at.angle.cos() + (y - at.point.y) * at.angle.sin()).sum();
+    object.at[0] + along / count
 }
 
 /// Whether a light at a station stands between intersections for vehicles in a direction: 1 along the road, -1 against it.
@@ -108,6 +138,7 @@ mod tests {
         assert_eq!(signal("-1", "Stop Line", false), SignalUse::StopLine);
         assert_eq!(signal("-1", "BusStop", false), SignalUse::Other);
         assert_eq!(signal("206", "", false), SignalUse::Stop);
+        assert_eq!(signal("306", "", false), SignalUse::Priority);
         let limit = Signal { kind: "274".into(), subkind: "274-56".into(), ..Signal::default() };
         assert_eq!(use_of(&limit), SignalUse::Speed(56.0));
     }

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::network::approach_control::Control;
-use crate::xodr::{Object, Road, Signal, Validity};
+use crate::xodr::{Object, Signal, Validity};
 
 use super::scene::{Drawn, Scene};
-use super::signal_use::{SignalUse, is_between, is_stop_line, use_of};
+use super::signal_use::{AT_CUT, SignalUse, is_between, is_stop_line, middle, use_of};
 
 /// From a signal to the junction whose lanelets it controls, metres at most.
 const REACH: f64 = 120.0;
@@ -59,11 +59,35 @@ pub struct Furniture<'a> {
     pub signals: Vec<Placed<'a>>,
     /// By lane.
     pub stops: BTreeMap<usize, f64>,
+    /// The lanes that end at a stop line, with more road behind it.
+    at_end: BTreeSet<usize>,
     /// What controls each lane: approaches, and lanes of junctions.
     controls: BTreeMap<usize, Control>,
+    /// The same lanes where a sign says that they go first.
+    first: BTreeSet<usize>,
+    /// The lights of those lanes, by their ids.
+    lights: BTreeMap<usize, BTreeSet<&'a str>>,
 }
 
-impl Furniture<'_> {
+impl<'a> Furniture<'a> {
+    /// Whether a sign says of one of these lanes that it goes first.
+    pub fn goes_first(&self, lanes: &[usize]) -> bool {
+        lanes.iter().any(|lane| self.first.contains(lane))
+    }
+
+    /// The ids of the lights of these lanes.
+    pub fn lights(&self, lanes: &[usize]) -> BTreeSet<&'a str> {
+        lanes.iter().filter_map(|lane| self.lights.get(lane)).flatten().copied().collect()
+    }
+
+    /// The lane before a stop line behind which a lane begins.
+    pub fn before_line(&self, drawn: &Drawn, lane: usize) -> Option<usize> {
+        match drawn.back[lane][..] {
+            [before] if self.at_end.contains(&before) => Some(before),
+            _ => None,
+        }
+    }
+
     /// What controls an approach, by its lanes and those behind: lights, else a stop sign, else a give-way sign.
     pub fn control(&self, lanes: &[usize]) -> Control {
         let found: Vec<Control> = lanes.iter().filter_map(|lane| self.controls.get(lane).copied()).collect();
@@ -94,7 +118,7 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
         for object in road.objects.iter().filter(|object| is_stop_line(&object.words())) {
             for lane in under(scene, drawn, index, object) {
                 let station = middle(road, object);
-                stop(scene, drawn, &mut all.stops, LaneStop { lane, station });
+                stop(scene, drawn, &mut all, LaneStop { lane, station });
             }
         }
     }
@@ -108,13 +132,14 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
         })
         .collect();
     for line in lines {
-        stop(scene, drawn, &mut all.stops, line);
+        stop(scene, drawn, &mut all, line);
     }
     for it in &all.signals {
         let control = match it.used {
             SignalUse::VehicleLight => Control::Signals,
             SignalUse::Stop => Control::Stop,
             SignalUse::GiveWay => Control::GiveWay,
+            SignalUse::Priority => Control::None,
             _ => continue,
         };
         let near: Vec<usize> = it.lanes.iter().copied().filter(|&lane| !it.is_between(scene, drawn, lane)).collect();
@@ -122,6 +147,13 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
             // A light on one connecting lane does not rule the others that leave the same lane.
             let lanes = if it.lanes.contains(&approach.lane) { vec![approach.lane] } else { approach.behind };
             for lane in lanes {
+                if it.used == SignalUse::Priority {
+                    all.first.insert(lane);
+                    continue;
+                }
+                if control == Control::Signals {
+                    all.lights.entry(lane).or_default().insert(it.signal.id.as_str());
+                }
                 let known = all.controls.entry(lane).or_insert(control);
                 if control == Control::Signals || (control == Control::Stop && *known == Control::GiveWay) {
                     *known = control;
@@ -132,13 +164,28 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
     all
 }
 
-/// Keeps the stop line of a lane that lies nearest to its end.
-fn stop(scene: &Scene, drawn: &Drawn, stops: &mut BTreeMap<usize, f64>, line: LaneStop) {
+/// Keeps the stop line of a lane that lies nearest to its end. A line at the begin of a lane is that of those before it.
+fn stop(scene: &Scene, drawn: &Drawn, all: &mut Furniture, line: LaneStop) {
     let lane = &drawn.lanes[line.lane];
     let [from, to] = scene.span(lane);
+    let begin = if lane.direction > 0 { from } else { to };
+    let inside = scene.connecting[scene.road_of(lane)];
+    let before = |other: &&usize| scene.road_of(&drawn.lanes[**other]) == scene.road_of(lane);
+    if !inside && (line.station - begin).abs() < AT_CUT && drawn.back[line.lane].iter().any(|other| before(&other)) {
+        for &other in drawn.back[line.lane].iter().filter(before) {
+            let [from, to] = scene.span(&drawn.lanes[other]);
+            all.stops.insert(other, if lane.direction > 0 { to } else { from });
+            all.at_end.insert(other);
+        }
+        return;
+    }
     let station = line.station.clamp(from, to);
+    let end = if lane.direction > 0 { to } else { from };
+    if (end - station).abs() < AT_CUT && drawn.next[line.lane].iter().any(|other| before(&other)) {
+        all.at_end.insert(line.lane);
+    }
     let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
-    let known = stops.entry(line.lane).or_insert(station);
+    let known = all.stops.entry(line.lane).or_insert(station);
     if ahead(station) > ahead(*known) {
         *known = station;
     }
@@ -165,17 +212,6 @@ pub fn stretch_at(scene: &Scene, road: usize, station: f64) -> Option<usize> {
     let stretches = &scene.cut[road].stretches;
     let at = stretches.iter().rposition(|stretch| stretch.span[0] <= station + 1e-9).unwrap_or(0);
     (!stretches.is_empty()).then_some(scene.first[road] + at)
-}
-
-/// The station of the middle of a line, metres.
-fn middle(road: &Road, object: &Object) -> f64 {
-    let Some(ring) = object.ring(road) else { return object.at[0] };
-    // Against the reference line there: lines are short.
-    let at = road.plan.at(object.at[0]);
-    let count = ring.len().max(1) as f64;
-    let along: f64 =
-        ring.iter().map(|[x, y, _]| (x - at.point.x) * at.angle.cos() + (y - at.point.y) * at.angle.sin()).sum();
-    object.at[0] + along / count
 }
 
 /// The lanelets over which a line leads; those that it faces, where it says so.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
 
 use super::lane_use::{LaneUse, sides};
-use super::signal_use::lights_between;
+use super::signal_use::{AT_CUT, lights_between, stop_stations};
 
 /// Sections and roads shorter than this, metres, are dissolved: exporters leave some of a micrometre.
 pub const MICRO: f64 = 0.1;
@@ -66,6 +66,15 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
     let hard: Vec<usize> = (1..cut.kept.len()).filter(|&at| !goes_on(road, &cut, at)).collect();
     let mut stations: Vec<f64> = std::iter::once(0.0).chain(hard.iter().map(|&at| start_of(at))).collect();
     stations.push(road.length);
+    if !connecting {
+        for line in stop_stations(road) {
+            if stations.iter().all(|station| (station - line).abs() > AT_CUT) {
+                stations.push(line);
+            }
+        }
+        stations.retain(|station| (0.0..=road.length).contains(station));
+        stations.sort_by(f64::total_cmp);
+    }
     let opening: Vec<f64> = stations
         .windows(2)
         .flat_map(|pair| openings(road, &sections_between(road, &cut.kept, [pair[0], pair[1]]), [pair[0], pair[1]]))

@@ -1,0 +1,107 @@
+//! Signals of small OpenDRIVE files: stop lines before the end of their road, who goes first, and which lights change together.
+
+use lanewright::lanelet::Lanelet;
+
+use super::opendrive_lanes::{LaneText, built, errors, junction};
+
+const THROUGH: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, -1, -1)])];
+
+/// The junction with signals on its roads, and with more inside its own element.
+fn with(signals: &[(&str, &str)], inside: &str, behind: &str) -> String {
+    let mut text = junction(THROUGH, -1);
+    for (road, signals) in signals {
+        let begin = text.find(&format!("<road id=\"{road}\"")).unwrap();
+        let end = begin + text[begin..].find("</lanes>").unwrap() + "</lanes>".len();
+        text.insert_str(end, &format!("<signals>{signals}</signals>"));
+    }
+    text.replace("</junction>", &format!("{inside}</junction>{behind}"))
+}
+
+fn signal(id: &str, kind: &str, station: f64, facing: &str) -> String {
+    let dynamic = if kind == "1000001" { "yes" } else { "no" };
+    format!(
+        "<signal id=\"{id}\" s=\"{station}\" t=\"-4\" zOffset=\"3\" type=\"{kind}\" orientation=\"{facing}\" dynamic=\"{dynamic}\"/>"
+    )
+}
+
+#[test]
+fn a_light_hangs_on_the_lanelet_that_begins_at_its_stop_line() {
+    for station in [43.0, 48.2] {
+        hangs_behind(station);
+    }
+}
+
+fn hangs_behind(station: f64) {
+    let text = with(&[("w", &(signal("line", "294", station, "+") + &signal("light", "1000001", 49.0, "+")))], "", "");
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text).built.map;
+    let lights: Vec<_> = map.regulatory_elements.iter().filter(|it| it.subtype == "traffic_light").collect();
+    let [light] = lights[..] else { panic!("{lights:?}") };
+    let carriers: Vec<_> = map.lanelets.iter().filter(|it| it.regulatory_elements.contains(&light.id)).collect();
+    let [behind] = carriers[..] else { panic!("{carriers:?}") };
+    let begins: Vec<f64> =
+        [behind.left, behind.right].map(|bound| map.bound_points(bound).next().unwrap().position.x).to_vec();
+    assert!(begins.iter().all(|x| (x - station).abs() < 0.01), "{begins:?}");
+}
+
+/// How many ways the straight way from the west, and the one from the east, may ignore.
+fn ignored(text: &str) -> [usize; 2] {
+    let map = built(text).built.map;
+    let begins = |lanelet: &Lanelet| map.bound_points(lanelet.left).next().unwrap().position.x;
+    [true, false].map(|west| {
+        let straight = map.lanelets.iter().filter(|it| it.attributes.is("turn_direction", "straight"));
+        let own: Vec<i64> = straight.filter(|it| (begins(it) < 55.0) == west).map(|it| it.id.0).collect();
+        let ignores = map
+            .regulatory_elements
+            .iter()
+            .filter(|it| it.subtype == "right_of_way" && it.lanelets("right_of_way").any(|id| own.contains(&id.0)));
+        ignores.map(|it| it.role("yield").count()).sum()
+    })
+}
+
+#[test]
+fn signs_and_priorities_of_junctions_tell_who_goes_first() {
+    // The south has no way in: the turn from the west and the way from the east do not meet, so a road from the south is needed.
+    let text = with(&[], "", "").replace("<junction id=\"J\">", &format!("<junction id=\"J\">{}", connection()));
+    let text = text.replace("</OpenDRIVE>", &format!("{}</OpenDRIVE>", from_south()));
+    let plain = ignored(&text);
+    let south = text.replace("<!--south-->", &format!("<signals>{}</signals>", signal("yield", "205", 45.0, "+")));
+    let west = ignored(&south);
+    assert!(west[0] > plain[0], "{plain:?} {west:?}");
+    let stated = text.replace("</junction>", "<priority high=\"on\" low=\"up\"/></junction>");
+    assert_eq!(ignored(&stated)[0], west[0]);
+}
+
+/// A road from the south with a way across the others to the east.
+fn from_south() -> String {
+    let quarter = 10.0 * std::f64::consts::FRAC_PI_2;
+    let north = std::f64::consts::FRAC_PI_2;
+    let lane = |before: i64, behind: i64| {
+        format!(
+            "<lanes><laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><right><lane id=\"-1\" type=\"driving\"><link><predecessor id=\"{before}\"/><successor id=\"{behind}\"/></link><width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection></lanes>"
+        )
+    };
+    format!(
+        "<road id=\"in\" junction=\"-1\" length=\"50\"><link><successor elementType=\"junction\" elementId=\"J\"/></link><planView><geometry s=\"0\" x=\"60\" y=\"-60\" hdg=\"{north}\" length=\"50\"><line/></geometry></planView>{}<!--south--></road>\n<road id=\"up\" junction=\"J\" length=\"{quarter}\"><link><predecessor elementType=\"road\" elementId=\"in\" contactPoint=\"end\"/><successor elementType=\"road\" elementId=\"e\" contactPoint=\"start\"/></link><planView><geometry s=\"0\" x=\"60\" y=\"-10\" hdg=\"{north}\" length=\"{quarter}\"><arc curvature=\"-0.1\"/></geometry></planView>{}</road>\n",
+        lane(0, 0),
+        lane(-1, -1)
+    )
+}
+
+fn connection() -> &'static str {
+    "<connection id=\"9\" incomingRoad=\"in\" connectingRoad=\"up\" contactPoint=\"start\"><laneLink from=\"-1\" to=\"-1\"/></connection>"
+}
+
+#[test]
+fn lights_of_two_controllers_are_two_phases() {
+    let controllers = "<controller id=\"A\"><control signalId=\"lw\"/></controller><controller id=\"B\"><control signalId=\"le\"/></controller>";
+    let text = with(
+        &[("w", &signal("lw", "1000001", 49.0, "+")), ("e", &signal("le", "1000001", 1.0, "-"))],
+        "<controller id=\"A\"/><controller id=\"B\"/>",
+        controllers,
+    );
+    let settings = built(&text).built.settings;
+    assert_eq!(settings.intersection[0].phases.len(), 2);
+    let one = text.replace("<controller id=\"A\"/><controller id=\"B\"/>", "<controller id=\"A\"/>");
+    assert!(built(&one).built.settings.intersection.iter().all(|it| it.phases.is_empty()));
+}
