@@ -15,8 +15,8 @@ mod workshop;
 
 use driver::Browser;
 use lanewright::diagnostic::{Place, Severity, Subject};
-use lanewright::lanelet::LaneletId;
 use lanewright::lanelet::index::extent;
+use lanewright::lanelet::{Lanelet, LaneletId};
 use serde_json::json;
 
 const DESKTOP: (u32, u32) = (1440, 900);
@@ -154,6 +154,24 @@ fn filters_narrow_list_and_map_alike() {
         "[...document.querySelectorAll('.chip')].find((c) => c.querySelector('.dot.{severity}')).click()"
     ));
     both(report.findings.iter().filter(|one| one.severity != severity).count());
+    at_peace(&browser);
+}
+
+#[test]
+fn an_id_leads_to_what_has_it() {
+    let Some((browser, report)) = open("by-id", DESKTOP, "") else { return };
+    let turning = |lanelet: &&Lanelet| lanelet.attributes.has("turn_direction");
+    let lanelet = report.map.lanelets.iter().find(turning).unwrap();
+    browser.press("/");
+    browser.press(&format!("lanelet {}", lanelet.id));
+    browser.wait("[...document.querySelectorAll('.chip')].some((c) => c.textContent.startsWith('Go to lanelet'))");
+    browser.run("document.getElementById('filters').requestSubmit()");
+    browser.wait(&format!("document.querySelector('#card .id')?.textContent.startsWith('{}')", lanelet.id));
+    let said = "[...document.querySelectorAll('#card .part')].map((part) => part.textContent).join(' ')";
+    browser.wait(&format!("/behind/.test({said}) && /ahead/.test({said})"));
+    // What has no such id is a text like others.
+    browser.run("const s = document.getElementById('search'); s.value = 'lanelet 12345678'; s.dispatchEvent(new Event('input'))");
+    browser.wait("![...document.querySelectorAll('.chip')].some((c) => c.textContent.startsWith('Go to'))");
     at_peace(&browser);
 }
 

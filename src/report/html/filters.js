@@ -34,7 +34,11 @@ function filter() {
 }
 
 function startFilters() {
-  byId('filters').addEventListener('submit', (event) => event.preventDefault());
+  byId('filters').addEventListener('submit', (event) => {
+    event.preventDefault();
+    const primitive = primitiveNamedBy(byId('search').value);
+    if (primitive) choosePrimitive(primitive);
+  });
   let timer = 0;
   byId('search').addEventListener('input', (event) => {
     clearTimeout(timer);
@@ -44,6 +48,14 @@ function startFilters() {
   on('moved', () => { if (state.filter.inView) filter(); });
   on('shown', drawChips);
   on('data', filter);
+}
+
+/** What a text names by its id, with or without its kind: `2500`, `lanelet 2500`, `way 17`; null if it names nothing of the map. */
+function primitiveNamedBy(text) {
+  const [, word, id] = /^\s*(?:([a-z ]+?)\s+)?#?(-?\d+)\s*$/i.exec(text) ?? [];
+  if (!id) return null;
+  const kind = word && Object.keys(KIND_WORDS).find((one) => [one, KIND_WORDS[one]].includes(word.toLowerCase()));
+  return word && !kind ? null : findPrimitive(id, kind ?? null);
 }
 
 /** Shows only one requirement's findings, or all again. */
@@ -80,6 +92,11 @@ function drawChips() {
   chips.push(chip('In view', inView, () => { state.filter.inView = !inView; filter(); }, { title: 'Only findings in the part of the map that is shown' }));
   chips.push(areaChip());
   if (rule) chips.push(chip(`${rule} ×`, true, () => onlyRule(null), { title: 'Show all requirements' }));
+  const primitive = primitiveNamedBy(state.filter.text);
+  if (primitive) {
+    const name = `${wordOf(primitive)} ${state.map[primitive.kind].id[primitive.number]}`;
+    chips.unshift(chip(`Go to ${name}`, false, () => choosePrimitive(primitive), { title: `Show ${name} (Enter)` }));
+  }
   chips.push(...asked('chips'));
   const focused = [...byId('chips').children].indexOf(document.activeElement);
   byId('chips').replaceChildren(...chips);

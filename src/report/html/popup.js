@@ -149,6 +149,7 @@ function primitiveCard({ kind, number }) {
     sections.push(section('Regulatory elements', rules.map((rule) => [part(tagOf('rule', rule, 'subtype') ?? ''), reference(['rule', String(map.rule.id[rule])])])));
     const bounds = ['left', 'right'].filter((side) => map.lanelet[side][number]).map((side) => [side, (map.lanelet[side][number] >> 1) - 1]);
     sections.push(section('Bounds', bounds.map(([side, line]) => [part(side), reference(['line', String(map.line.id[line])])])));
+    sections.push(section('Beside, behind, ahead', lanesAround(map, number).map(([where, lanelet]) => [part(where), reference(['lanelet', String(map.lanelet.id[lanelet])])])));
   }
   if (kind === 'line') {
     const users = [];
@@ -158,6 +159,10 @@ function primitiveCard({ kind, number }) {
       if (right && (right >> 1) - 1 === number) users.push([part('right of'), reference(['lanelet', String(map.lanelet.id[lanelet])])]);
     });
     sections.push(section('Bound of', users));
+  }
+  if (kind !== 'rule') {
+    const rules = rulesNaming(map, kind, number);
+    sections.push(section('Named by', rules.map(([role, rule]) => [part(role), reference(['rule', String(map.rule.id[rule])])])));
   }
   const about = state.report.findings.filter((finding) => [finding.subject, ...finding.related.map(([subject]) => subject)]
     .some((subject) => subject && subject[1] === id && findPrimitive(id, subject[0])?.kind === kind));
@@ -189,6 +194,37 @@ function tagTable(pairs) {
   const rows = pairs.map(([key, value]) => make('tr', {}, make('th', { scope: 'row' }, key),
     make('td', {}, ID_TAGS[key] && findPrimitive(value, ID_TAGS[key]) ? reference([ID_TAGS[key], value]) : value)));
   return make('table', { class: 'tags' }, make('tbody', {}, ...rows));
+}
+
+/** The lanelets that follow a lanelet or lead to it, over the same two nodes, and those that share a bound: [where, lanelet]. */
+function lanesAround(map, lanelet) {
+  const ends = (one) => {
+    const bounds = ['left', 'right'].map((side) => boundPoints(map, one, side));
+    return bounds.some((points) => !points.length) ? null : [bounds.map((points) => points[0]), bounds.map((points) => points[points.length - 1])];
+  };
+  const same = (a, b) => a[0] === b[0] && a[1] === b[1];
+  const own = ends(lanelet);
+  const bound = (one, side) => map.lanelet[side][one] >> 1;
+  const found = [];
+  for (let other = 0; other < map.lanelet.id.length; other++) {
+    if (other === lanelet) continue;
+    for (const [where, mine, theirs] of [['left', 'left', 'right'], ['right', 'right', 'left'], ['left', 'left', 'left'], ['right', 'right', 'right']]) {
+      if (bound(lanelet, mine) && bound(lanelet, mine) === bound(other, theirs)) found.push([where, other]);
+    }
+    const around = own && ends(other);
+    if (around && same(around[1], own[0])) found.push(['behind', other]);
+    if (around && same(around[0], own[1])) found.push(['ahead', other]);
+  }
+  return found;
+}
+
+/** The regulatory elements that name a primitive: [role, element]. */
+function rulesNaming(map, kind, number) {
+  const found = [];
+  for (let rule = 0; rule < map.rule.id.length; rule++) {
+    for (const member of membersOf(map, rule)) if (member.kind === kind && member.number === number) found.push([member.role, rule]);
+  }
+  return found;
 }
 
 /** Lanelets that refer to a regulatory element. */
