@@ -12,7 +12,7 @@ mod turn_setback;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
 use crate::builder::network::signal_assignment::arrives;
-use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::{angle_between, cross};
 use crate::lanelet::index::HEADING_REACH;
@@ -21,14 +21,13 @@ use crate::parallel::Finely;
 use super::gore::level_cuts;
 use super::road_cut::{
     CROSSWALK_BREADTH, ConnectionLines, ROAD_LEFT, RoadCrossing, RoadCut, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
-    SetbackDemand, VEHICLE, least_left,
+    SetbackDemand, SqueezedRoads, VEHICLE, least_left,
 };
 use crossings::{behind_stop_line, crossings_once, move_between};
 use mapped_stop_line::{bend, mapped_stop_lines, move_to_stop_lines};
 use turn_setback::add_comfort;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
 use std::ops::RangeInclusive;
 
 pub use required_setback::RequiredSetbacks;
@@ -62,18 +61,19 @@ pub fn connection_lines<'a>(
     network: &RoadNetwork,
     required: &RequiredSetbacks,
     least_setbacks: &[[f64; 2]],
-    (stops, squeezed): (&[[bool; 2]], &FxHashSet<RoadKey>),
+    (stops, squeezed): (&[[bool; 2]], &SqueezedRoads),
     known: impl Fn(RoadIx) -> Option<&'a RoadCut> + Sync,
 ) -> ConnectionLines {
     let least = &required.least;
     let mut setbacks = least_setbacks.to_vec();
     let mut comfort = vec![[0.0_f64; 2]; setbacks.len()];
-    required.raise(&mut setbacks, &mut comfort);
+    let mut weaving = vec![[0.0_f64; 2]; setbacks.len()];
+    required.raise(&mut setbacks, &mut weaving, &mut comfort);
     let cut = |i: usize, setbacks: [f64; 2]| {
         let ix = RoadIx::new(i);
         let (firm, comfort, joined) = (least_setbacks[i], comfort[i], required.joined[i]);
-        let left = least_left(network, squeezed, network.road(ix));
-        let demand = SetbackDemand { left, least: least[i], setbacks, firm, comfort, stops: stops[i], joined };
+        let (left, weaving) = (least_left(network, squeezed, network.road(ix)), weaving[i]);
+        let demand = SetbackDemand { left, least: least[i], setbacks, firm, weaving, comfort, stops: stops[i], joined };
         let known = known(ix).filter(|known| known.demand == demand);
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
@@ -124,8 +124,10 @@ struct CutPlan<'a> {
     /// The part of each setback that has another reason than the room of turns.
     firm: [f64; 2],
     comfort: [f64; 2],
-    /// How much of the road setbacks leave; crosswalks leave less.
-    left: f64,
+    /// The part of each setback without which lanelets would weave.
+    weaving: [f64; 2],
+    /// How much of the road setbacks leave: the needed ones, and those that only make turns easier; crosswalks leave less.
+    left: [f64; 2],
     /// The part of each setback that makes room for a crosswalk or a sidewalk.
     crossed: [f64; 2],
     /// Where it meets another road face to face.
@@ -136,12 +138,13 @@ struct CutPlan<'a> {
 
 impl<'a> CutPlan<'a> {
     fn new(network: &'a RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> Self {
-        let SetbackDemand { left, least, setbacks, firm, comfort, stops, joined } = demand;
+        let SetbackDemand { left, least, setbacks, firm, weaving, comfort, stops, joined } = demand;
         // A third road that is left out may have asked for more.
-        let [setbacks, firm, comfort] =
-            [setbacks, firm, comfort].map(|by| End::BOTH.map(|end| if joined[end] { 0.0 } else { by[end] }));
+        let [setbacks, firm, weaving, comfort] =
+            [setbacks, firm, weaving, comfort].map(|by| End::BOTH.map(|end| if joined[end] { 0.0 } else { by[end] }));
         let (road, stop_lines, crossed) = (network.road(ix), [None; 2], [0.0; 2]);
-        let mut plan = Self { network, road, ix, least, setbacks, firm, comfort, left, crossed, joined, stop_lines };
+        let mut plan =
+            Self { network, road, ix, least, setbacks, firm, weaving, comfort, left, crossed, joined, stop_lines };
         plan.stop_lines = mapped_stop_lines(plan.road, least, |end| stops[end] && plan.is_approach(end));
         plan
     }
@@ -164,11 +167,19 @@ impl<'a> CutPlan<'a> {
     fn stations(&self, stop_lines: [Option<f64>; 2]) -> (Stations, [bool; 2]) {
         let (setbacks, moved) = move_to_stop_lines(self.least, self.setbacks, stop_lines);
         let beyond_crosswalks = self.least[1] - self.least[0] - self.crossed.iter().sum::<f64>();
-        let left = beyond_crosswalks.clamp(ROAD_LEFT, self.left);
-        let kept = cut_back(self.least, setbacks, (self.road.line.length(), left));
+        let [left, easy_left] = self.left.map(|left| beyond_crosswalks.clamp(ROAD_LEFT, left));
+        let firm = [0, 1].map(|end| if moved[end] { setbacks[end] } else { self.firm[end].min(setbacks[end]) });
+        let length = self.road.line.length();
+        // What lanelets need comes before the room of a waiting vehicle, what makes turns easier behind it.
+        let needed = if left < easy_left {
+            [0, 1].map(|end| firm[end].max(self.weaving[end]).min(setbacks[end]))
+        } else {
+            setbacks
+        };
+        let kept = cut_back(self.least, needed, (length, left));
+        let kept = cut_back(kept, [0, 1].map(|end| setbacks[end] - needed[end]), (length, easy_left));
         let more = [0, 1].map(|end| if moved[end] { 0.0 } else { (self.comfort[end] - setbacks[end]).max(0.0) });
         let cut = straighten(self.road, add_comfort(self.road, kept, more));
-        let firm = [0, 1].map(|end| if moved[end] { setbacks[end] } else { self.firm[end] });
         let clear = clear_of_bends(self.road, (self.least, firm, left), cut);
         (End::BOTH.map(|end| if self.joined[end] { cut[end] } else { clear[end] }), moved)
     }

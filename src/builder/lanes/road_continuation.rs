@@ -300,6 +300,7 @@ fn meeting(network: &RoadNetwork, [(a, i), (b, j)]: [EdgeAt; 2]) -> Option<Point
 mod tests {
     use crate::builder::lane_export::single_lanes;
     use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
+    use crate::builder::lanes::road_cut::SqueezedRoads;
     use crate::builder::{BuildOptions, plan};
     use crate::lane_stitching::{LaneEnd, LaneStitching, Meeting};
     use crate::osm::{OsmData, read_bytes};
@@ -333,7 +334,9 @@ mod tests {
         let joins = Continuations::find(network);
         let required = RequiredSetbacks::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
         let lines =
-            connection_lines(network, &required, &[[0.0; 2]; 3], (&[[false; 2]; 3], &FxHashSet::default()), |_| None);
+            connection_lines(network, &required, &[[0.0; 2]; 3], (&[[false; 2]; 3], &SqueezedRoads::default()), |_| {
+                None
+            });
         let stitching = LaneStitching::new(single_lanes(network, &lines.kept));
         let ends = stitching.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
         let joined = ends.filter(|(id, end, _)| matches!(stitching.meeting(*id, *end), Some(Meeting::Joined(_))));

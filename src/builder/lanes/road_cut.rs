@@ -1,7 +1,8 @@
 //! Where a road is cut before an intersection, and where people cross it.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 
+use crate::builder::network::road_end::is_between_crossings;
 use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::Travel;
 use crate::geometry::Vector;
@@ -52,11 +53,28 @@ pub struct ConnectionLines {
     pub(super) cuts: Vec<RoadCut>,
 }
 
-/// How much of a road setbacks leave, metres. `squeezed` are roads of which turns take all but the least.
-pub fn least_left(network: &RoadNetwork, squeezed: &FxHashSet<RoadKey>, road: &Road) -> f64 {
-    let is_crossing = |at| network.intersection(at).arms.len() > 2;
-    let between = !road.roundabout && road.from != road.to && [road.from, road.to].into_iter().all(is_crossing);
-    if between && !squeezed.contains(&road.key) { ROAD_LEFT_BETWEEN } else { ROAD_LEFT }
+/// What takes the room of a waiting vehicle on a road between two intersections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Squeeze {
+    /// Lanelets that would run over its ends or weave, and turns as tight as a car can take.
+    Least,
+    /// The same, and turns as wide as it takes so that they are not drawn too tight.
+    Needed,
+    /// All that makes turns easier, too: with the needed alone they stay too tight.
+    Easy,
+}
+
+/// Roads that do not keep the room of a waiting vehicle.
+pub type SqueezedRoads = FxHashMap<RoadKey, Squeeze>;
+
+/// How much of a road setbacks leave, metres: the needed ones, and those that only make turns easier.
+pub fn least_left(network: &RoadNetwork, squeezed: &SqueezedRoads, road: &Road) -> [f64; 2] {
+    let kept = if is_between_crossings(network, road) { ROAD_LEFT_BETWEEN } else { ROAD_LEFT };
+    match squeezed.get(&road.key) {
+        None => [kept; 2],
+        Some(Squeeze::Least | Squeeze::Needed) => [ROAD_LEFT, kept],
+        Some(Squeeze::Easy) => [ROAD_LEFT; 2],
+    }
 }
 
 impl ConnectionLines {
@@ -74,13 +92,15 @@ impl ConnectionLines {
 /// The setbacks of both ends of a road behind its outlines, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SetbackDemand {
-    /// How much of the road setbacks leave.
-    pub(super) left: f64,
+    /// How much of the road setbacks leave: the needed ones, and those that only make turns easier.
+    pub(super) left: [f64; 2],
     /// Where its outlines cut it.
     pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],
     /// The part of each setback that keeps the cut behind lanelets that run over the road.
     pub(super) firm: [f64; 2],
+    /// The part of each setback without which lanelets would weave.
+    pub(super) weaving: [f64; 2],
     /// The larger setbacks that it has if it is long enough.
     pub(super) comfort: [f64; 2],
     /// Whether it is cut where a stop line is mapped.

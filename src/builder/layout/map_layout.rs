@@ -11,13 +11,13 @@ mod reuse;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
 use crate::builder::lanes::road_continuation::Continuations;
-use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT, least_left};
+use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT, Squeeze, SqueezedRoads, least_left};
 use crate::builder::lanes::road_lanes::{lanes, redraw};
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::road_end::from_cut;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::Finding;
 use crate::parallel::Finely;
 
@@ -63,7 +63,7 @@ pub struct Layout {
     /// Whether each end of a road is cut where the map says that vehicles stop.
     pub(super) stops: Vec<[bool; 2]>,
     /// Roads between intersections that do not keep room for a waiting vehicle: turns need it.
-    pub(super) squeezed: FxHashSet<RoadKey>,
+    pub(super) squeezed: SqueezedRoads,
     /// How far the turns at each end of a road want it cut back.
     needs: RequiredSetbacks,
 }
@@ -76,7 +76,7 @@ impl Layout {
         let mut joins = Continuations::find(&network);
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
-        let squeezed = FxHashSet::default();
+        let squeezed = SqueezedRoads::default();
         let lines = connection_lines(&network, &needs, &back, (&stops, &squeezed), |_| None);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::new(contested);
@@ -201,9 +201,9 @@ impl Layout {
         to - from
     }
 
-    /// How much of a road setbacks leave, metres.
+    /// How much of a road needed setbacks leave, metres.
     pub(super) fn least_left(&self, road: RoadIx) -> f64 {
-        least_left(&self.network, &self.squeezed, self.network.road(road))
+        least_left(&self.network, &self.squeezed, self.network.road(road))[0]
     }
 
     /// Whether a road cannot be cut back farther.
@@ -211,16 +211,29 @@ impl Layout {
         self.left(road) < self.least_left(road) + SAME
     }
 
-    /// Whether a road cannot be cut back farther because it keeps room for a waiting vehicle.
+    /// Whether a road can give more to turns: it keeps room for a waiting vehicle, or some that would make turns easier.
     pub(super) fn keeps_room(&self, road: RoadIx) -> bool {
-        self.is_spent(road) && self.least_left(road) > ROAD_LEFT
+        match self.squeezed.get(&self.network.road(road).key) {
+            None => self.is_spent(road) && self.least_left(road) > ROAD_LEFT,
+            Some(squeeze) => *squeeze != Squeeze::Easy,
+        }
     }
 
-    /// Lets turns take all but the least of these roads. The turns at their ends are asked again how much room they want.
+    /// What takes the room of a waiting vehicle on a road; `None` if nothing does.
+    pub(super) fn squeeze_of(&self, road: RoadIx) -> Option<Squeeze> {
+        self.squeezed.get(&self.network.road(road).key).copied()
+    }
+
+    /// Lets turns take a little more of these roads than they do. The turns at their ends are asked again how much room they want.
     pub(super) fn squeeze(&mut self, roads: &[RoadIx]) {
         for road in roads {
             let road = self.network.road(*road);
-            self.squeezed.insert(road.key);
+            let squeeze = match self.squeezed.get(&road.key) {
+                None => Squeeze::Least,
+                Some(Squeeze::Least) => Squeeze::Needed,
+                Some(Squeeze::Needed | Squeeze::Easy) => Squeeze::Easy,
+            };
+            self.squeezed.insert(road.key, squeeze);
             for at in [road.from, road.to] {
                 if let Some(turning) = self.turning.get_mut(at.position()).and_then(Option::as_mut) {
                     turning.turns_asked = false;

@@ -3,6 +3,7 @@
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::intersection::undrivable::begins_or_ends_in_corner;
+use crate::builder::lanes::road_cut::Squeeze;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx};
 use crate::geometry::curve;
 use crate::geometry::pose::{self, Pose};
@@ -118,7 +119,8 @@ fn turn_tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     near.or_else(|| pose::tangents(from, to))
 }
 
-/// The ends of roads at an intersection that are not cut back far enough for one of their turns, and how much is missing, metres.
+/// The ends of roads at an intersection that are not cut back far enough for one of their turns, and how much is missing, metres. Of the
+/// room of a waiting vehicle a turn takes none if it is drawn as wide as a car needs it.
 fn lacking<'a>(
     layout: &'a Layout,
     at: &'a Intersection,
@@ -130,10 +132,17 @@ fn lacking<'a>(
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
         let ends = (layout.lanes.arm(arms[0]).into.get(in_lane)).zip(layout.lanes.arm(arms[1]).out.get(out_lane));
         let lacks = ends.and_then(|(into, out)| tangents(into.pose, out.pose)).map(|(before, behind, turn)| {
-            let needed = radius * (turn.abs() / 2.0).tan();
-            [(arms[0], needed - before), (arms[1], needed - behind)]
+            let needed = |arm: RoadEnd| {
+                let least = layout.squeeze_of(arm.road) == Some(Squeeze::Least);
+                let radius = if least { radius.min(CAR_RADIUS) } else { radius };
+                radius * (turn.abs() / 2.0).tan()
+            };
+            [(arms[0], needed(arms[0]) - before), (arms[1], needed(arms[1]) - behind)]
         });
-        lacks.into_iter().flatten().filter(|(_, lack)| *lack > 0.0)
+        let is_tight = path.radius < CAR_RADIUS;
+        let gives_needed = |road: RoadIx| matches!(layout.squeeze_of(road), Some(Squeeze::Least | Squeeze::Needed));
+        let asks = move |(arm, lack): &(RoadEnd, f64)| *lack > 0.0 && (is_tight || !gives_needed(arm.road));
+        lacks.into_iter().flatten().filter(asks)
     };
     paths.iter().flat_map(lack)
 }

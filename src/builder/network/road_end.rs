@@ -97,3 +97,9 @@ pub fn leads_out(network: &RoadNetwork, arm: RoadEnd) -> bool {
 pub fn other_end(arm: RoadEnd) -> RoadEnd {
     RoadEnd { road: arm.road, end: arm.end.other() }
 }
+
+/// Whether a road leads from one intersection of three roads or more to another.
+pub fn is_between_crossings(network: &RoadNetwork, road: &Road) -> bool {
+    let is_crossing = |at| network.intersection(at).arms.len() > 2;
+    !road.roundabout && road.from != road.to && [road.from, road.to].into_iter().all(is_crossing)
+}

@@ -6,7 +6,7 @@ use crate::builder::network::network_diff::NetworkDiff;
 use crate::builder::network::{End, IntersectionIx, Road, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
-use super::turn_setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
+use super::turn_setback::{EndSetbacks, comfort_setbacks, shift_setbacks, turn_setbacks};
 
 /// What remains of a road, metres, wherever its outlines cut it.
 const ROAD_LEAST: f64 = 1.0;
@@ -24,6 +24,8 @@ pub struct RequiredSetbacks {
 #[derive(Default)]
 struct IntersectionSetbacks {
     required: EndSetbacks,
+    /// Those of the required without which lanelets would weave.
+    weaving: EndSetbacks,
     comfort: EndSetbacks,
 }
 
@@ -52,7 +54,7 @@ impl RequiredSetbacks {
             arms.all(|at| origins.of(at.road).is_some_and(|old| least[at.road][at.end] == self.least[old][at.end]))
                 .then(|| {
                     let mut setbacks = std::mem::take(&mut self.intersections[old]);
-                    let ends = setbacks.required.iter_mut().chain(&mut setbacks.comfort);
+                    let ends = setbacks.required.iter_mut().chain(&mut setbacks.weaving).chain(&mut setbacks.comfort);
                     ends.for_each(|(at, _)| at.road = origins.now(at.road).unwrap_or(at.road));
                     setbacks
                 })
@@ -71,9 +73,10 @@ impl RequiredSetbacks {
         let find = |(i, known): (usize, Option<IntersectionSetbacks>)| {
             let arms = &network.intersections[i].arms;
             let crossed = arms.len() >= 2 && !joined(IntersectionIx::new(i));
-            let found = || IntersectionSetbacks {
-                required: turn_setbacks(network, arms, &least),
-                comfort: comfort_setbacks(network, arms, &least),
+            let found = || {
+                let weaving = shift_setbacks(network, arms, &least);
+                let required = [&weaving[..], &turn_setbacks(network, arms, &least)].concat();
+                IntersectionSetbacks { required, weaving, comfort: comfort_setbacks(network, arms, &least) }
             };
             known.or_else(|| crossed.then(found)).unwrap_or_default()
         };
@@ -82,8 +85,8 @@ impl RequiredSetbacks {
         Self { least, joined, intersections }
     }
 
-    /// Raises setbacks, per road, to the required ones, and those for comfort.
-    pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], comfort: &mut [[f64; 2]]) {
+    /// Raises setbacks, per road, to the required ones, those against weaving, and those for comfort.
+    pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], weaving: &mut [[f64; 2]], comfort: &mut [[f64; 2]]) {
         let raise = |all: &mut [[f64; 2]], to: &EndSetbacks| {
             for (at, by) in to {
                 let setback = &mut all[at.road][at.end];
@@ -92,6 +95,7 @@ impl RequiredSetbacks {
         };
         for found in &self.intersections {
             raise(setbacks, &found.required);
+            raise(weaving, &found.weaving);
             raise(comfort, &found.comfort);
         }
     }

@@ -198,7 +198,7 @@ fn lights_hold_vehicles_before_the_first_crosswalk() {
 fn a_car_fits_between_two_side_streets() {
     for side in SIDES {
         // Where they are nearest, a car needs some of the room to turn.
-        for (apart, least) in [(18.0, 3.5), (20.0, 5.0), (22.0, 5.0)] {
+        for (apart, least) in [(14.5, 2.5), (16.5, 5.0), (18.0, 5.0), (22.0, 5.0)] {
             let nodes = [
                 (1, -150.0, 0.0, ""),
                 (2, 0.0, 0.0, ""),

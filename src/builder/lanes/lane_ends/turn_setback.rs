@@ -54,17 +54,28 @@ fn pairs(arms: &[RoadEnd]) -> impl Iterator<Item = (RoadEnd, RoadEnd)> {
 /// The least setbacks for the turns between the arms, and for the taper between two roads.
 pub fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[Stations]) -> EndSetbacks {
     let mut setbacks = Vec::new();
-    let shift_most = if arms.len() == 2 { TAPER_MOST } else { SHIFT_SETBACK_MOST };
     for (a, b) in pairs(arms) {
         let (from, to) = (lane_poses(network, least, a, true), lane_poses(network, least, b, false));
         // The widest turns, which join the outermost lanes on opposite sides: every turn needs as much room. The tightest
         // ones get what the roads can spare.
         for (from, to) in [from.first().zip(to.last()), from.last().zip(to.first())].into_iter().flatten() {
-            raise(&mut setbacks, [a, b], [shift_setback(*from, *to).min(shift_most); 2]);
             raise(&mut setbacks, [a, b], room_for_turn([*from, *to], TURN_SETBACK_MOST).unwrap_or_default());
         }
         if arms.len() == 2 {
             setbacks.push((a, TAPER));
+        }
+    }
+    setbacks
+}
+
+/// The setbacks for lanes that shift sideways between two arms.
+pub fn shift_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[Stations]) -> EndSetbacks {
+    let mut setbacks = Vec::new();
+    let most = if arms.len() == 2 { TAPER_MOST } else { SHIFT_SETBACK_MOST };
+    for (a, b) in pairs(arms) {
+        let (from, to) = (lane_poses(network, least, a, true), lane_poses(network, least, b, false));
+        for (from, to) in [from.first().zip(to.last()), from.last().zip(to.first())].into_iter().flatten() {
+            raise(&mut setbacks, [a, b], [shift_setback(*from, *to).min(most); 2]);
         }
     }
     setbacks

@@ -22,13 +22,14 @@ mod types;
 
 pub use types::{Outline, OutlineCase, OutlineCut, Outlines};
 
+use crate::builder::network::road_end::{is_between_crossings, outward};
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use intersection_plan::IntersectionSite;
-use sizes::LEAST_ROAD;
+use sizes::{LEAST_ROAD, LEAST_ROAD_BETWEEN};
 
 use std::collections::BTreeSet;
 
@@ -88,6 +89,10 @@ pub fn outlines_within(network: &RoadNetwork, within: &[Stations], cache: &PlanC
 const WIDENINGS: usize = 12;
 /// How far they are moved in one round, metres.
 const WIDENING: f64 = 1.0;
+/// Roads cross where the sine of the angle between them is larger than this: 30 degrees, ...
+const CROSSES: f64 = 0.5;
+/// ... at this distance from the intersection, metres.
+const LOOK: f64 = 10.0;
 
 /// The cuts of all roads while the outlines close; per road the stations between which it remains.
 struct Cuts<'a> {
@@ -134,12 +139,28 @@ impl<'a> Cuts<'a> {
         moved.map(|end| self.network.road(road).intersection(end)).collect()
     }
 
+    /// Whether another road leads away from the end of a road at an angle: else the roads part or join there, as at the nose of an island.
+    fn is_crossed(&self, ix: RoadIx, end: End) -> bool {
+        let leaving = |at: RoadEnd| outward(self.network.road(at.road), at.end, LOOK).normalize();
+        let own = leaving(RoadEnd { road: ix, end });
+        let arms = &self.network.intersection(self.network.road(ix).intersection(end)).arms;
+        arms.iter().any(|arm| leaving(*arm).perp(&own).abs() > CROSSES)
+    }
+
     /// The stations between which a road remains, with its cuts clear of bends.
     fn kept_of(&self, ix: RoadIx) -> Stations {
         let road = self.network.road(ix);
         let (length, half) = (road.line.length(), road.half_width());
         let trims = |[from, to]: Stations| [from, length - to];
-        let [from, to] = trim::share(length, trims(self.least[ix]), trims(self.wanted[ix]), LEAST_ROAD);
+        let least = trims(self.least[ix]);
+        let between =
+            if is_between_crossings(self.network, road) && End::BOTH.iter().all(|end| self.is_crossed(ix, *end)) {
+                LEAST_ROAD_BETWEEN
+            } else {
+                LEAST_ROAD
+            };
+        let remains = (length - least[0] - least[1]).clamp(LEAST_ROAD, between);
+        let [from, to] = trim::share(length, least, trims(self.wanted[ix]), remains);
         let clear = |line: &Polyline, trim: f64| if trim > 0.0 { trim::clear_of_bends(line, trim, half) } else { trim };
         let moved = [clear(&road.line, from), length - clear(&road.line.reversed(), length - to)];
         if moved[0] < moved[1] { moved } else { [from, to] }

@@ -15,3 +15,5 @@ pub const MARGIN: f64 = 0.2;
 pub const LEAST_TRIM: f64 = 0.5;
 /// Least remaining length of a road that is long enough, metres.
 pub const LEAST_ROAD: f64 = 1.5;
+/// The same between two intersections, metres: room for a waiting car and half a metre. Kerbs get what is left.
+pub const LEAST_ROAD_BETWEEN: f64 = 5.5;

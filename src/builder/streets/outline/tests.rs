@@ -250,3 +250,24 @@ fn a_corner_leaves_out_what_another_road_covers_unless_a_cut_lies_on_it() {
     assert!(outline.without(&[box_of([-20.0, 4.0], -2.5)]).is_none(), "a cut is covered");
     assert!(outline.without(&[box_of([-1.0, 1.0], 20.0)]).is_none(), "it would fall apart");
 }
+
+/// What the outlines leave of the road between nodes 2 and 3, metres.
+fn left_between(nodes: &[(i64, f64, f64)], ways: &[&[i64]]) -> f64 {
+    let ways: Vec<_> = ways.iter().zip(10..).map(|(nodes, id)| (id, *nodes, "highway=tertiary lanes=2")).collect();
+    let network = hand_drawn::network_of(nodes, &ways);
+    let road = network.roads.iter().position(|road| (road.key.first, road.key.last) == (2, 3)).unwrap();
+    let [from, to] = outlines(&network).0.kept[road];
+    to - from
+}
+
+#[test]
+fn kerbs_leave_room_for_a_car_between_two_side_streets() {
+    let apart = |apart: f64| {
+        let ends = [(1, -90.0, 0.0), (2, 0.0, 0.0), (3, apart, 0.0), (4, 90.0 + apart, 0.0)];
+        let nodes = [&ends[..], &[(5, 0.0, 80.0), (6, apart, 80.0)]].concat();
+        left_between(&nodes, &[&[1, 2], &[2, 3], &[3, 4], &[2, 5], &[3, 6]])
+    };
+    assert!((apart(16.0) - LEAST_ROAD_BETWEEN).abs() < 0.01, "{}", apart(16.0));
+    assert!(apart(40.0) > 20.0, "kerbs have all the room that they want");
+    assert!((LEAST_ROAD..LEAST_ROAD_BETWEEN).contains(&apart(9.0)), "not even without kerbs");
+}
