@@ -43,25 +43,26 @@ pub enum SetupKind {
 
 impl GitSetup {
     /// What the repository around a directory lacks so that git merges and shows the maps that match a pattern of
-    /// [gitattributes](https://git-scm.com/docs/gitattributes) by element and meaning.
+    /// [gitattributes](https://git-scm.com/docs/gitattributes) by element and meaning; whether what git merges is left unchecked.
     ///
     /// # Errors
     ///
     /// Where there is no git, no repository, or no name for this program.
-    pub fn plan(dir: &Path, pattern: &str) -> Result<Self, Error> {
-        Self::planned(dir, pattern).map_err(ErrorKind::Read.of())
+    pub fn plan(dir: &Path, pattern: &str, unchecked: bool) -> Result<Self, Error> {
+        Self::planned(dir, pattern, unchecked).map_err(ErrorKind::Read.of())
     }
 
-    fn planned(dir: &Path, pattern: &str) -> Result<Self, Failure> {
+    fn planned(dir: &Path, pattern: &str, unchecked: bool) -> Result<Self, Failure> {
         if pattern.is_empty() || pattern.contains(char::is_whitespace) || pattern.starts_with(['#', '!', '"']) {
             let failure = Failure::new(format!("`{pattern}` is no pattern of .gitattributes"));
             return Err(failure.help("give one like *.osm, or maps/**/lanelet2_map.osm"));
         }
         let root = PathBuf::from(git(dir, &["rev-parse", "--show-toplevel"])?);
         let program = program()?;
+        let unchecked = if unchecked { " --no-check" } else { "" };
         let config = [
             ("merge.lanewright.name", "Lanelet2 maps by element and meaning".to_owned()),
-            ("merge.lanewright.driver", format!("{program} merge --base %O %A %B -o %A --path %P")),
+            ("merge.lanewright.driver", format!("{program} merge --base %O %A %B -o %A --path %P{unchecked}")),
             ("diff.lanewright.textconv", format!("{program} git-text")),
             // The line of the element that a change is in stands above it.
             ("diff.lanewright.xfuncname", "^[a-z].*$".to_owned()),
@@ -145,6 +146,12 @@ pub fn settings_of_theirs(map: &Path) -> Vec<String> {
     let commits = named.filter(|commit| *commit != own).chain(HEADS.map(str::to_owned));
     let file = map.with_file_name(NAME).to_string_lossy().replace('\\', "/");
     commits.filter_map(|commit| git(Path::new("."), &["show", &format!("{commit}:{file}")]).ok()).collect()
+}
+
+/// Where the page with the conflicts of a map is put that git merges: in git's own directory, where nobody commits it.
+pub fn conflict_page(map: &Path) -> Option<PathBuf> {
+    let name = map.to_string_lossy().replace(['/', '\\'], "-");
+    git(Path::new("."), &["rev-parse", "--git-path", &format!("lanewright/{name}.html")]).ok().map(PathBuf::from)
 }
 
 /// What git says to this, without the line end.

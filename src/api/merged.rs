@@ -14,6 +14,7 @@ use crate::three_way::{self, Conflict, Deletions, Key, Merged, Side, Versions, m
 
 use super::checked::{CheckOptions, Checked};
 use super::config::{self, Configuration, NAME};
+use super::conflicts;
 use super::error::{Error, ErrorKind};
 use super::files::{self, Draft, there_already};
 use super::fixed::undivided;
@@ -59,7 +60,9 @@ pub fn merge_versions(
     options: &MergeOptions,
     tell: &dyn Fn(&str),
 ) -> Result<MergedMap, Error> {
-    let (base, own, other) = (Version::read(base)?, Version::read(ours)?, Version::read(theirs)?);
+    let (base, (own, other)) =
+        rayon::join(|| Version::read(base), || rayon::join(|| Version::read(ours), || Version::read(theirs)));
+    let (base, own, other) = (base?, own?, other?);
     merge_read([&base, &own, &other], options.place.as_deref().unwrap_or(ours), ours, options, tell)
 }
 
@@ -96,6 +99,12 @@ impl MergedMap {
     /// Whether somebody has to look: something contradicts, or is wrong that was right on both sides.
     pub fn needs_a_look(&self) -> bool {
         !self.conflicts.is_empty() || self.new_findings.iter().any(|found| found.severity == Severity::Error)
+    }
+
+    /// The conflicts and the new findings, as findings on the map; nothing where it is unchecked.
+    pub fn findings(&self) -> Vec<Diagnostic> {
+        let conflicts = self.checked.as_ref().map(|it| conflicts::diagnostics(&self.conflicts, &it.loaded.map));
+        conflicts.into_iter().flatten().chain(self.new_findings.iter().cloned()).collect()
     }
 
     /// Writes the map: a file, where files were merged, else a map directory, which may be that of ours. All is written or nothing.
@@ -258,27 +267,31 @@ fn new_findings(
     let name = place.display().to_string();
     let check = |text: &str| checked(&name, text, &info, &settings);
     let text = |version: &Version| version.osm.sources.first().map(|source| source.text.clone()).unwrap_or_default();
-    let mut known: BTreeMap<(String, Subject), usize> = BTreeMap::new();
-    for (version, new_ids) in [(ours, None), (theirs, Some(&merged.new_ids))] {
-        let mut counts: BTreeMap<(String, Subject), usize> = BTreeMap::new();
-        for found in check(&text(version))?.sorted.left {
-            let subject = renumbered(found.finding.subject, new_ids);
-            *counts.entry((found.code, subject)).or_default() += 1;
-        }
-        for (what, count) in counts {
-            let most = known.entry(what).or_default();
-            *most = count.max(*most);
-        }
-    }
     let checked = check(&merged.text)?;
-    let is_new = |found: &&Diagnostic| match known.get_mut(&(found.code.clone(), found.finding.subject)) {
-        Some(count) if *count > 0 => {
-            *count -= 1;
-            false
+    // Each finding with how many of its like come before it.
+    let mut seen: BTreeMap<(&str, Subject), usize> = BTreeMap::new();
+    let mut new: Vec<(&Diagnostic, usize)> = Vec::new();
+    for found in &checked.sorted.left {
+        let before = seen.entry((&found.code, found.finding.subject)).or_default();
+        new.push((found, *before));
+        *before += 1;
+    }
+    for (version, new_ids) in [(ours, None), (theirs, Some(&merged.new_ids))] {
+        // Most maps have no findings, and checking takes longest.
+        if new.is_empty() {
+            break;
         }
-        _ => true,
-    };
-    Ok((checked.sorted.left.iter().filter(is_new).cloned().collect(), checked))
+        let mut known: BTreeMap<(String, Subject), usize> = BTreeMap::new();
+        for found in check(&text(version))?.sorted.left {
+            *known.entry((found.code, renumbered(found.finding.subject, new_ids))).or_default() += 1;
+        }
+        let is_new = |found: &Diagnostic, before: usize| {
+            known.get(&(found.code.clone(), found.finding.subject)).is_none_or(|count| *count <= before)
+        };
+        new.retain(|(found, before)| is_new(found, *before));
+    }
+    let new = new.into_iter().map(|(found, _)| found.clone()).collect();
+    Ok((new, checked))
 }
 
 fn checked(name: &str, text: &str, info: &ProjectorInfo, settings: &Settings) -> Result<Checked, Error> {

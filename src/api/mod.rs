@@ -6,6 +6,7 @@
 mod built;
 mod checked;
 pub(crate) mod config;
+mod conflicts;
 #[cfg(feature = "cli")]
 mod converted;
 mod cut;
@@ -38,6 +39,7 @@ pub(crate) use checked::{judged, read_baseline};
 pub use config::{ConfigSource, Configuration};
 #[cfg(feature = "cli")]
 pub(crate) use config::{above, requirements};
+pub use conflicts::conflict_requirement;
 #[cfg(feature = "cli")]
 pub(crate) use converted::Converted;
 pub use cut::{Cut, CutTile, DESCRIPTION, MARGIN, TERRAIN, TILES, TileSizes, cut};
@@ -49,7 +51,7 @@ pub(crate) use fixed::{mended, undivided};
 pub(crate) use forecasts::forecasts;
 pub use forecasts::{Along, forecast};
 #[cfg(feature = "cli")]
-pub(crate) use git::{GitSetup, MAPS, SetupKind, settings_of_theirs};
+pub(crate) use git::{GitSetup, MAPS, SetupKind, conflict_page, settings_of_theirs};
 pub use join::{Joining, Whole, join};
 #[cfg(feature = "cli")]
 pub use kept::{KEPT, KeepOptions, KeptMap, keep};

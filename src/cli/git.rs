@@ -21,6 +21,9 @@ pub struct GitSetupArgs {
     /// Which files are maps, as .gitattributes names them
     #[arg(long, value_name = "PATTERN", default_value = MAPS)]
     pub maps: String,
+    /// Let git merge without a look for findings that neither version has: for maps that take minutes to check
+    #[arg(long)]
+    pub no_check: bool,
     /// Change nothing; show what would be done
     #[arg(long)]
     pub dry_run: bool,
@@ -35,7 +38,7 @@ pub struct GitTextArgs {
 
 /// Sets a repository up and says what was done.
 pub fn setup(args: &GitSetupArgs) -> Result<u8, Failure> {
-    let setup = GitSetup::plan(&args.dir, &args.maps)?;
+    let setup = GitSetup::plan(&args.dir, &args.maps, args.no_check)?;
     if !args.dry_run {
         setup.apply()?;
     }

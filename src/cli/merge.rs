@@ -4,16 +4,18 @@ use std::io::{Error, Write};
 use std::path::{Path, PathBuf};
 
 use crate::api::{
-    Joined, MergeOptions, MergedMap, config, files, merge, merge_settings_files, merge_versions, settings_of_theirs,
+    Joined, MergeOptions, MergedMap, config, conflict_page, conflict_requirement, files, merge, merge_settings_files,
+    merge_versions, settings_of_theirs,
 };
 use crate::diagnostic::{Severity, Subject};
 use crate::report::failure::Failure;
-use crate::report::{HarmlessJson, sentence, visible_lines};
+use crate::report::html::{Page, html};
+use crate::report::{HarmlessJson, Report, sentence, visible_lines};
 use crate::three_way::{Conflict, Taken, renumbered_settings};
 
 use super::args::{CLEAN, output_file};
-use super::input;
 use super::output::{self, Progress};
+use super::{input, report_page};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -42,6 +44,9 @@ pub struct MergeArgs {
     /// Do not look for findings that neither version has
     #[arg(long, requires = "base")]
     pub no_check: bool,
+    /// Write what contradicts and what is found anew on the merged map, too: one HTML page to look at
+    #[arg(long, value_name = "FILE", requires = "base", conflicts_with = "no_check", value_parser = output_file)]
+    pub report: Option<PathBuf>,
     /// How it is told what came of it
     #[arg(long, value_enum, default_value_t = MergeFormat::Text, requires = "base")]
     pub format: MergeFormat,
@@ -96,10 +101,20 @@ fn run_versions(args: &MergeArgs, base: &Path) -> Result<u8, Failure> {
     }
     progress.next("writing");
     merged.write(&args.output)?;
+    // Whoever lets git merge has no other place for it.
+    let of_git = || args.path.as_deref().filter(|_| merged.needs_a_look()).and_then(conflict_page);
+    let page = args.report.clone().or_else(of_git).filter(|_| merged.checked.is_some());
+    if let Some(page) = &page {
+        report(page, args.path.as_deref().unwrap_or(&args.output), &merged)?;
+    }
     drop(progress);
     let of = args.path.as_deref().unwrap_or(&args.output);
     output::print_beside(Some(&args.output), |out| match args.format {
-        MergeFormat::Text => out.write_all(visible_lines(&text(of, &merged)).as_bytes()),
+        MergeFormat::Text => {
+            let page = page.as_ref().filter(|_| args.report.is_none());
+            let page = page.map_or_else(String::new, |page| format!("to look at: {}\n", page.display()));
+            out.write_all(visible_lines(&format!("{}{page}", text(of, &merged))).as_bytes())
+        }
         MergeFormat::Json => {
             let told = Told::of(&merged);
             writeln!(HarmlessJson::new(out), "{}", serde_json::to_string_pretty(&told).map_err(Error::other)?)
@@ -117,6 +132,23 @@ fn run_settings(args: &MergeArgs, files: [&Path; 3]) -> Result<u8, Failure> {
         out.write_all(visible_lines(&told).as_bytes())
     })?;
     Ok(if conflicts.is_empty() { CLEAN } else { CONFLICTS })
+}
+
+/// Writes the page that shows findings on the merged map, with the conflicts among them.
+fn report(file: &Path, map: &Path, merged: &MergedMap) -> Result<(), Failure> {
+    let Some(checked) = &merged.checked else { return Ok(()) };
+    let failed = |what: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {what}", file.display()));
+    let findings = merged.findings();
+    let own = conflict_requirement().map_err(|error| failed(&error))?;
+    let text = checked.with_report(|all| {
+        let report = Report { diagnostics: &findings, ..*all };
+        let requirements = report_page::requirements(&report)?;
+        let requirements: Vec<_> = requirements.into_iter().chain([own]).collect();
+        let title = report_page::title(map);
+        let page = Page { title: &title, path: None, requirements: &requirements, earlier: None, origin: None };
+        html(&report, &page).map_err(|error| failed(&error))
+    })?;
+    files::write(file, text.as_bytes())
 }
 
 /// What came of a merge, for people: what was merged, new ids, what contradicts, what is found that neither side had.

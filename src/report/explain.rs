@@ -78,8 +78,9 @@ pub fn rule_index<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -
     text += HEAD;
     rows(&mut text, &ours);
     text += "\n`partial` means that a program can judge only a part; the document says which, and why. The severity is the usual one;\n\
-             where the size of a fault grades it, the document says so. Two pages\n\
-             are no rules of a map: [triage](triage.md) is about suppressions and baselines, [diff](diff.md) about two maps.\n";
+             where the size of a fault grades it, the document says so. Three pages\n\
+             are no rules of a map: [triage](triage.md) is about suppressions and baselines, [diff](diff.md) and [merge](merge.md)\n\
+             about versions of one.\n";
     text
 }
 

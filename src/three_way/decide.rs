@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::conflict::{Conflict, Side};
@@ -34,6 +35,8 @@ pub(super) struct Decisions {
     pub(super) torn: BTreeMap<Key, Side>,
     /// What is put back brings what it refers to, without another word.
     pub(super) brought: FxHashSet<Key>,
+    /// Regulatory elements of which one side took some members and the other the rest: with none left, Autoware would reject the map.
+    pub(super) hollow: FxHashSet<Key>,
     /// Elements that ours has deleted and theirs changed, of which the deletion stands.
     pub(super) gone: FxHashSet<Key>,
 }
@@ -42,12 +45,12 @@ impl Decisions {
     pub(super) fn of(sides: [&View<'_>; 3], deletions: Deletions) -> Self {
         let [base, _, theirs] = sides;
         let mut decisions = Self::default();
-        for key in theirs.keys() {
-            decisions.of_element(key, sides, deletions);
-        }
-        for key in base.keys().filter(|key| !theirs.has(*key)) {
-            decisions.of_deleted(key, sides);
-        }
+        // Most elements are as they were, letter for letter; the others are few.
+        let (all, before): (Vec<Key>, Vec<Key>) = (theirs.keys().collect(), base.keys().collect());
+        let changed: Vec<Key> = all.into_par_iter().filter(|key| theirs.text(*key) != base.text(*key)).collect();
+        let deleted: Vec<Key> = before.into_par_iter().filter(|key| !theirs.has(*key)).collect();
+        changed.into_iter().for_each(|key| decisions.of_element(key, sides, deletions));
+        deleted.into_iter().for_each(|key| decisions.of_deleted(key, sides));
         decisions
     }
 
@@ -94,6 +97,17 @@ impl Decisions {
         }
         let along = |from: Option<i64>, both: [&[i64]; 2], to: Option<i64>| along(sides, from, both, to);
         let (content, clashes) = fields::merged([&before, &own, &other], along);
+        let is_rule = own.tags.get("type").is_some_and(|kind| kind == "regulatory_element");
+        if is_rule
+            && clashes.is_empty()
+            && content.members.is_empty()
+            && !own.members.is_empty()
+            && !other.members.is_empty()
+        {
+            self.made.insert(key, Decision::Removed);
+            self.hollow.insert(key);
+            return;
+        }
         if content != own {
             self.made.insert(key, Decision::Combined(Box::new(content)));
         }
@@ -165,10 +179,11 @@ impl Decisions {
         self.clashes.entry(key).or_default().push((clash, taken));
     }
 
-    /// Whether a conflict is about the role that one element has in another.
-    pub(super) fn tells_role(&self, of: Key, member: Key) -> bool {
-        let about = fields::role_of(member);
-        self.clashes.get(&of).is_some_and(|all| all.iter().any(|(clash, _)| clash.about == about))
+    /// Whether a conflict is about the members of an element.
+    pub(super) fn tells_of_members(&self, of: Key) -> bool {
+        let is_other = |about: &str| about.starts_with("tag ") || about == "deletion";
+        of.0 == ElementKind::Relation
+            && self.clashes.get(&of).is_some_and(|all| all.iter().any(|(clash, _)| !is_other(&clash.about)))
     }
 
     /// The conflicts, in the order of kinds and ids, and how much was taken from theirs.

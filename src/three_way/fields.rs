@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::content::Content;
+use super::content::{Content, Position};
 use super::lists;
 use super::versions::Key;
 use crate::osm::{ElementKind, Member};
@@ -28,7 +28,7 @@ pub(super) fn merged(
     let mut clash = |about: &str, said: [Option<String>; 3]| clashes.push(Clash { about: about.to_owned(), said });
     let all = [base, ours, theirs];
     let position = one_of(all.map(|one| &one.position)).cloned().unwrap_or_else(|| {
-        clash("position", all.map(|one| Some(one.position.text()).filter(|text| !text.is_empty())));
+        clash("position", all.map(|one| Some(place(&one.position, &base.position)).filter(|text| !text.is_empty())));
         ours.position.clone()
     });
     let mut tags = BTreeMap::new();
@@ -64,6 +64,12 @@ pub(super) fn merged(
         None => by_role(lists, &mut clash),
     };
     (Content { position, tags, nodes, members }, clashes)
+}
+
+/// Where a point is, and how far from where it was.
+fn place(position: &Position, before: &Position) -> String {
+    let by = before.metres_to(position).filter(|metres| *metres > 0.0);
+    position.text() + &by.map_or(String::new(), |metres| format!(" (moved by {metres:.3} m)"))
 }
 
 /// What the side says that changed it; `None` where both did, and not to the same.
@@ -156,6 +162,19 @@ fn settle_single_roles<'m>(
         let said = lists.map(|members| with_role(members, role));
         let merged: usize = left.iter().filter(|((_, one), _)| *one == role).map(|(_, count)| count).sum();
         let [base, ours, theirs] = &said;
+        if merged == 0 && said.iter().all(|members| !members.is_empty()) {
+            // One took some of its members and the other the rest: without any, the element may mean nothing.
+            let is_of_ours = |member: &Key| ours.iter().any(|own| (own.kind, own.id) == *member);
+            left.retain(|(member, _), _| !is_of_ours(member));
+            for own in lists[1].iter().filter(|own| is_of_ours(&(own.kind, own.id))) {
+                *left.entry(((own.kind, own.id), own.role.as_str())).or_default() += 1;
+            }
+            let named = |members: &Vec<&Member>| {
+                Some(members.iter().map(|one| format!("{} {}", one.kind, one.id)).collect::<Vec<_>>().join(", "))
+            };
+            clash(if role.is_empty() { "member without role" } else { role }, said.each_ref().map(named));
+            continue;
+        }
         let is_exchanged = base.first().is_some_and(|one| !left.contains_key(&((one.kind, one.id), role)));
         if merged < 2 || said.iter().any(|members| members.len() > 1) || !(is_exchanged || SINGLE.contains(&role)) {
             continue;

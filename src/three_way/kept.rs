@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::conflict::Side;
@@ -106,12 +107,16 @@ fn tell_what_stays_out(decisions: &mut Decisions, sides: [&View<'_>; 3]) {
 /// Elements that the result refers to and one side has deleted are kept, unless that side itself refers to what it has deleted.
 fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3], deletions: Deletions) {
     let [_, ours, theirs] = sides;
-    let mut queue: Vec<Key> = ours.keys().filter(|key| decisions.has(*key, ours)).collect();
-    let added =
-        decisions.made.iter().filter(|(key, decision)| !matches!(decision, Decision::Removed) && !ours.has(**key));
-    let mut added: Vec<Key> = added.map(|(key, _)| *key).collect();
-    added.sort_unstable();
-    queue.extend(added);
+    // What ours has as it was can only lack what theirs has deleted.
+    let is_lacking = decisions.made.values().any(|decision| matches!(decision, Decision::Removed));
+    let own: Vec<Key> = if is_lacking { ours.keys().collect() } else { Vec::new() };
+    let needs_a_look = |key: &Key| ours.references(*key).iter().any(|other| !decisions.has(*other, ours));
+    let mut queue: Vec<Key> = own.into_par_iter().filter(needs_a_look).collect();
+    queue.retain(|key| decisions.has(*key, ours));
+    let made = decisions.made.iter().filter(|(_, decision)| !matches!(decision, Decision::Removed));
+    let mut made: Vec<Key> = made.map(|(key, _)| *key).collect();
+    made.sort_unstable();
+    queue.extend(made);
     while let Some(user) = queue.pop() {
         for key in decisions.references(user, sides) {
             if decisions.has(key, ours) {
@@ -123,6 +128,9 @@ fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3], de
                 // It is nowhere: whoever refers to it did before.
                 (false, false) => continue,
             };
+            if decisions.hollow.contains(&key) && decisions.leave_out(user, key, sides) {
+                continue;
+            }
             if deleter.has(user) && deleter.references(user).contains(&key) {
                 continue;
             }
@@ -131,7 +139,7 @@ fn keep_what_is_referred_to(decisions: &mut Decisions, sides: [&View<'_>; 3], de
             }
             decisions.restore(key, side);
             queue.push(key);
-            if !decisions.brought.contains(&user) && !decisions.tells_role(user, key) {
+            if !decisions.brought.contains(&user) && !decisions.tells_of_members(user) {
                 let told = keeper.subject(user).or_else(|| deleter.subject(user)).map(|user| format!("used by {user}"));
                 let said = match side {
                     // Ours still has it, theirs deleted it.

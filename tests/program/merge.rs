@@ -78,6 +78,9 @@ fn conflicts_are_told_with_place_and_values_and_the_exit_code_says_so() {
     assert_eq!((&conflict["ours"], &conflict["theirs"]), (&"30".into(), &"20".into()), "{json}");
     assert_eq!((&conflict["subject"]["kind"], &conflict["about"]), (&"lanelet".into(), &"tag speed_limit".into()));
     assert!(conflict["at"]["lat"].is_number());
+    lanewright(dir.path(), &[&verb[..], &["--report", "page.html"]].concat()).exits(1);
+    let page = fs::read_to_string(dir.path().join("page.html")).unwrap();
+    assert!(page.contains("rule-merge"));
 }
 
 #[test]

@@ -150,6 +150,9 @@ fn two_clones_edit_different_intersections_and_one_common_tag() {
     let pulled = git(&team.path("ben"), &["pull", "--no-rebase", "--no-edit"]).exits(1);
     let told = pulled.stdout;
     assert_eq!(told.matches("conflict: ").count(), 1, "{told}");
+    let page = told.lines().find_map(|line| line.strip_prefix("to look at: ")).unwrap();
+    let page = fs::read_to_string(team.path("ben").join(page)).unwrap();
+    assert!(page.contains("rule-merge"));
     for words in [
         format!("conflict: lanelet {common}: tag speed_limit (at "),
         "ours    25  <- in the result".to_owned(),
@@ -234,6 +237,11 @@ fn setting_up_twice_changes_nothing_and_a_dry_run_nothing_at_all() {
     assert_eq!(again.matches("known ").count(), 6, "{again}");
     assert_eq!(attributes(), written);
     lanewright(dir.path(), &["git-setup", "--maps", "a b"]).fails_saying(&["no pattern of .gitattributes"]);
+    let told = lanewright(dir.path(), &["git-setup", "--no-check", "--dry-run"]).exits(0).stdout;
+    assert!(
+        told.contains("to add  git config      merge.lanewright.driver = ") && told.contains(" --no-check\n"),
+        "{told}"
+    );
     // A program that is not found by its name is called by its path.
     let driver = git(dir.path(), &["config", "merge.lanewright.driver"]).stdout;
     assert!(driver.contains(" merge --base %O %A %B -o %A --path %P"), "{driver}");
