@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, Stations};
+use crate::builder::network::{Intersection, MOST_ARMS, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::geometry::polygon::{convex_hull, outside};
@@ -20,6 +20,10 @@ use super::{Outline, OutlineCase, OutlineCut, general_outline, merged_outline, r
 const FOLD: f64 = 1.0;
 /// The largest distance between equal cuts after rounding, metres.
 const SAME: f64 = 1e-9;
+
+/// Where more roads than this meet, the union of their ends is not asked for: all of them cross each other, in each of many rounds. Their
+/// outline is the hull of their cuts. Three times as many as are joined to one intersection.
+const MOST_IN_UNION: usize = 3 * MOST_ARMS;
 
 /// The plan of one intersection.
 #[derive(Clone, Debug)]
@@ -58,7 +62,7 @@ impl IntersectionPlan {
                 if !merged {
                     plan.outline = outline(&plan, arms, &plan.star.trims);
                 }
-                if plan.outline.is_none() {
+                if plan.outline.is_none() && arms.len() <= MOST_IN_UNION {
                     plan.ground = merged_outline::ground(network, intersection, arms);
                     plan.star.least = merged_outline::trims(arms, &plan.ground, &plan.star.least);
                     plan.star.trims = merged_outline::trims(arms, &plan.ground, &plan.star.trims);
@@ -150,6 +154,9 @@ impl<'a> IntersectionSite<'a> {
             });
         }
         let general = || outline(&self.plan, self.arms(), &trims);
+        if self.is_crowded() {
+            return general();
+        }
         let around = || self.around_union(&trims, &far);
         // If a road covers the cut of another, the boundary does not close; the corners of the star still may.
         if self.plan.ground.is_empty() { general().or_else(around) } else { around().or_else(general) }
@@ -168,10 +175,18 @@ impl<'a> IntersectionSite<'a> {
         })
     }
 
-    /// The arms whose cuts other roads cover.
+    /// Whether so many roads meet that its outline is the hull of their cuts.
+    fn is_crowded(&self) -> bool {
+        self.arms().len() > MOST_IN_UNION
+    }
+
+    /// The arms whose cuts other roads cover; none where too many roads meet.
     pub fn covered_arms(&self, kept: &[Stations]) -> impl Iterator<Item = RoadEnd> {
         let (trims, far) = self.ends(kept);
-        let covered = CutArea::new(self.arms(), &trims, &self.ground()).covered_arms(&far);
+        let covered = match self.is_crowded() {
+            true => Vec::new(),
+            false => CutArea::new(self.arms(), &trims, &self.ground()).covered_arms(&far),
+        };
         covered.into_iter().map(|i| self.arms()[i].road_end)
     }
 
@@ -181,8 +196,8 @@ impl<'a> IntersectionSite<'a> {
         let (trims, far) = self.ends(kept);
         let cuts = ring::cuts(self.arms(), &trims);
         let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
-        let left = CutArea::new(self.arms(), &trims, &self.ground()).without_own_roads(&far);
-        let ring = left.map(simple).filter(|ring| is_valid(ring));
+        let left = || CutArea::new(self.arms(), &trims, &self.ground()).without_own_roads(&far);
+        let ring = (!self.is_crowded()).then(left).flatten().map(simple).filter(|ring| is_valid(ring));
         let ring = ring.unwrap_or_else(|| convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right])));
         Outline { case: OutlineCase::Fallback, cuts, corners, ring }
     }
