@@ -149,6 +149,8 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
     const STEPS: usize = 32;
     /// Reserve for the change of curvature within a step.
     const MARGIN: f64 = 1.02;
+    /// No curve of a map needs more.
+    const MOST_PIECES: f64 = 100_000.0;
     let mut sums = vec![0.0];
     for i in 0..STEPS {
         let (_, speed, change) = at((i as f64 + 0.5) / STEPS as f64);
@@ -157,7 +159,7 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
         let curvature = (cross(speed, change).abs() / (length * length * length)).min(1.0 / MIN_SPACING);
         sums.push(sums[i] + MARGIN * density(curvature) * length / STEPS as f64);
     }
-    let pieces = sums[STEPS].ceil().max(1.0);
+    let pieces = sums[STEPS].ceil().clamp(1.0, MOST_PIECES);
     let mut step = 0;
     (1..pieces as usize)
         .map(|i| {

@@ -3,6 +3,7 @@
 //! It knows nothing of maps. What breaks the standard is an [`Oddity`] with its line, and the rest is read.
 
 mod cubic;
+mod damage;
 mod document;
 mod error;
 mod furniture;

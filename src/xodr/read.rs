@@ -4,6 +4,7 @@ use crate::geometry::Point;
 use crate::text::Text;
 
 use super::cubic::{Cubic, Cubics};
+use super::damage::damage;
 use super::document::{Document, Ix};
 use super::error::{Oddity, XodrError};
 use super::furniture::{Corner, Object, Signal, SignalReference, Validity};
@@ -40,8 +41,6 @@ pub fn read(text: &str) -> Result<OpenDrive, XodrError> {
 
 /// The largest number that has a meaning: metres across the earth.
 const LARGEST: f64 = 1e9;
-/// The longest road, metres.
-const LONGEST: f64 = 1e6;
 /// The most that one record of a reference line turns, radians: a ramp of a hundred turns.
 const MOST_TURN: f64 = 200.0 * std::f64::consts::PI;
 
@@ -109,7 +108,7 @@ impl Reading<'_> {
     fn road(&mut self, ix: Ix) -> Road {
         let document = self.document;
         let id = self.text(ix, "id");
-        let mut records: Vec<PlanRecord> =
+        let records: Vec<PlanRecord> =
             document.descend(ix, &["planView", "geometry"]).into_iter().map(|it| self.record(it)).collect();
         let mut length = self.number(ix, "length");
         let reach = records.iter().map(|record| record.start + record.length).fold(0.0, f64::max);
@@ -119,10 +118,6 @@ impl Reading<'_> {
         }
         if records.is_empty() {
             self.odd(ix, format!("road {id} has no reference line (planView): it is left out"));
-        }
-        if length > LONGEST {
-            self.odd(ix, format!("road {id} is longer than {} km: it is left out", LONGEST / 1000.0));
-            records.clear();
         }
         let mut speeds = Vec::new();
         for kind in document.children(ix, "type") {
@@ -152,6 +147,10 @@ impl Reading<'_> {
             self.odd(*shape, message);
         }
         self.sections(ix, &mut road);
+        if let Some(damage) = damage(&road) {
+            self.odd(ix, format!("road {} {damage}: it is left out", road.id));
+            road.plan = PlanView::default();
+        }
         for (parent, child) in [("signals", "signal"), ("signals", "signalReference"), ("objects", "object")] {
             for it in document.descend(ix, &[parent, child]) {
                 match child {

@@ -140,7 +140,7 @@ impl<'a> IntersectionAssembly<'a> {
         }
         let legs = legs_of(&self.assembly, arms);
         let movers = self.movers(arms, paths, &controls, &legs);
-        rights_of_way(&mut self.assembly, &legs, paths, &movers, conflicts);
+        rights_of_way(&mut self.assembly, &legs, paths, &movers, conflicts, &[]);
         let of_leg = headings(&legs, paths);
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(arms, &headings, self.context.lanes);

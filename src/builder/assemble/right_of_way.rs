@@ -30,19 +30,29 @@ pub(crate) fn legs_of(assembly: &MapBuilder, arms: &[&Arm]) -> Vec<usize> {
     first
 }
 
-/// Adds a `right_of_way` element for each lanelet that may ignore others.
+/// Adds a `right_of_way` element for each lanelet that may ignore others. `phases` has the arms that have green together, where that is
+/// known; else those that face each other have.
 pub(crate) fn rights_of_way(
     assembly: &mut MapBuilder,
     legs: &[usize],
     paths: &[TurningLanelet],
     movers: &[RankedMovement],
     conflicts: &Conflicts,
+    phases: &[Vec<usize>],
 ) {
     let heading_of = headings(legs, paths);
     let opposite = opposites(&heading_of, OPPOSITE);
     let legs = legs_by_light(legs, paths, &heading_of);
+    let phase = |mover: usize| phases.iter().position(|arms| arms.contains(&movers[mover].arm));
     let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
         [a, b] if a == b => Relation::Same,
+        _ if phase(x).is_some() && phase(y).is_some() => {
+            if phase(x) == phase(y) {
+                Relation::InPhase
+            } else {
+                Relation::AntiPhase
+            }
+        }
         [a, b] if opposite[a] == Some(b) => Relation::InPhase,
         _ => Relation::AntiPhase,
     };

@@ -187,7 +187,11 @@ impl Finder<'_> {
             let outer = if end == RoadEnd::End { road.sections.last() } else { road.sections.first() };
             let Some(outer) = outer else { continue };
             let pairs = outer.lanes.iter().flat_map(|lane| lane.links[side].iter().map(|next| [lane.id, *next]));
-            for [a, b] in pairs.collect::<Vec<_>>() {
+            let pairs: Vec<[i64; 2]> = pairs.collect();
+            if pairs.is_empty() && to != index {
+                self.dangling(road.line, format!("road {} leads to road {other}, but none of its lanes does", road.id));
+            }
+            for [a, b] in pairs {
                 match self.end(index, end, a).zip(self.end(to, contact, b)) {
                     Some((a, b)) => self.add(a, b, road.line),
                     None => {

@@ -306,7 +306,8 @@ impl<'a> Site<'a> {
         let legs = legs_of(assembly, &arms);
         let ranks = self.ranks(junction, &controls, furniture);
         let movers = self.movers(&controls, &ranks, side);
-        rights_of_way(assembly, &legs, &self.paths, &movers, &found);
+        let phases = self.phases(junction, furniture);
+        rights_of_way(assembly, &legs, &self.paths, &movers, &found, &phases);
         let of_leg = headings(&legs, &self.paths);
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
@@ -318,7 +319,6 @@ impl<'a> Site<'a> {
             }
         }
         let settings = intersection_settings::settings(id, &names, &[], &arms);
-        let phases = self.phases(junction, furniture);
         if phases.is_empty() {
             made.settings.extend(settings);
         } else {

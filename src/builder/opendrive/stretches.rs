@@ -238,7 +238,11 @@ fn goes_on(road: &Road, cut: &CutRoad, at: usize) -> bool {
         && links.iter().all(|[a, b]| a == b)
         && vehicle_lanes(before).all(|lane| {
             let widths = [before, after].map(|section| section.width(road, lane.id, after.span[0]));
-            links.contains(&[lane.id; 2]) && (widths[0] - widths[1]).abs() < SAME_WIDTH && widths[1] > SAME_WIDTH
+            let wider = |section: &Section| {
+                section.width(road, lane.id, f64::midpoint(section.span[0], section.span[1])) > widths[1]
+            };
+            let pinched = widths[1] <= SAME_WIDTH && wider(before) && wider(after);
+            links.contains(&[lane.id; 2]) && (widths[0] - widths[1]).abs() < SAME_WIDTH && !pinched
         })
 }
 
