@@ -32,7 +32,7 @@ fn change(dir: &Path, name: &str) {
     let map = map(dir, name);
     let kind = |one: &&Relation, kind: &str| one.tags.is("type", kind);
     let lanelet = map.relations.iter().find(|one| kind(one, "lanelet")).unwrap();
-    let element = map.relations.iter().filter(|one| kind(one, "regulatory_element")).last().unwrap();
+    let element = map.relations.iter().rfind(|one| kind(one, "regulatory_element")).unwrap();
     let mut text = map.sources[0].text.clone();
     let place = |one: &Relation| one.span.start as usize..one.span.end as usize;
     // From the end, so that what is before keeps its place.
