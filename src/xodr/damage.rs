@@ -18,7 +18,7 @@ pub fn damage(road: &Road) -> Option<String> {
     if road.length > LONGEST {
         return Some(format!("is longer than {} km", LONGEST / 1000.0));
     }
-    let far = |value: f64, most: f64| !(value.abs() <= most);
+    let far = |value: f64, most: f64| value.is_nan() || value.abs() > most;
     for section in &road.sections {
         for i in 0..=PLACES {
             let station = section.span[0] + section.length() * i as f64 / PLACES as f64;

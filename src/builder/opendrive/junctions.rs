@@ -21,8 +21,9 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::{JOINING, center_line};
-use crate::lanelet::{Attributes, PointId, TurnDirection};
-use crate::settings::{IntersectionSettings, LooseEnds};
+use crate::lanelet::right_of_way::RankedMovement;
+use crate::lanelet::{Attributes, PointId, PolygonId, TurnDirection};
+use crate::settings::{ApproachName, IntersectionSettings, LooseEnds};
 use crate::xodr::{Junction, JunctionKind, RoadLink};
 
 use super::lane_use::LaneUse;
@@ -241,6 +242,24 @@ impl<'a> Site<'a> {
         })
     }
 
+    /// Says of the lanelets that are no ways through the junction which way they turn, and in which area they lie.
+    fn turn_strays(&self, assembly: &mut MapBuilder, side: DrivingSide, area: &str) {
+        for &stray in &self.strays {
+            let lane = &self.drawn.lanes[stray];
+            let [left, right] = lane.bounds.map(|bound| assembly.bound_line(bound));
+            let turn = center_line(&left, &right).map_or(0.0, |middle| turned(side, &middle));
+            if let Some(attributes) = assembly.attributes_mut(lane.lanelet) {
+                let direction = match turn {
+                    turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+                    turn if turn > 0.0 => TurnDirection::Left,
+                    _ => TurnDirection::Right,
+                };
+                attributes.set("turn_direction", direction.as_str());
+                attributes.set("intersection_area", area);
+            }
+        }
+    }
+
     fn finish(
         self,
         assembly: &mut MapBuilder,
@@ -289,20 +308,7 @@ impl<'a> Site<'a> {
                 attributes.set("intersection_area", &name);
             }
         }
-        for &stray in &self.strays {
-            let lane = &self.drawn.lanes[stray];
-            let [left, right] = lane.bounds.map(|bound| assembly.bound_line(bound));
-            let turn = center_line(&left, &right).map_or(0.0, |middle| turned(side, &middle));
-            if let Some(attributes) = assembly.attributes_mut(lane.lanelet) {
-                let direction = match turn {
-                    turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
-                    turn if turn > 0.0 => TurnDirection::Left,
-                    _ => TurnDirection::Right,
-                };
-                attributes.set("turn_direction", direction.as_str());
-                attributes.set("intersection_area", &name);
-            }
-        }
+        self.turn_strays(assembly, side, &name);
         let legs = legs_of(assembly, &arms);
         let ranks = self.ranks(junction, &controls, furniture);
         let movers = self.movers(&controls, &ranks, side);
@@ -311,22 +317,7 @@ impl<'a> Site<'a> {
         let of_leg = headings(&legs, &self.paths);
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
-        // The settings know approaches: one of which some ways go first is none that does.
-        let mut arms = movers.clone();
-        for mover in &mut arms {
-            if movers.iter().any(|it| it.arm == mover.arm && it.priority != Some(true)) {
-                mover.priority = None;
-            }
-        }
-        let settings = intersection_settings::settings(id, &names, &[], &arms);
-        if phases.is_empty() {
-            made.settings.extend(settings);
-        } else {
-            let phases = phases.into_iter().map(|arms| arms.into_iter().map(|arm| names[arm].clone()).collect());
-            let settings =
-                settings.unwrap_or(IntersectionSettings { ia: Some(id.0), ..IntersectionSettings::default() });
-            made.settings.push(IntersectionSettings { phases: phases.collect(), ..settings });
-        }
+        made.settings.extend(junction_settings(id, &names, &movers, phases));
     }
 
     /// Names the lanes that the file leads to the junction and links to nothing there, and the directions of lanes for both in which
@@ -397,4 +388,26 @@ fn clockwise(assembly: &MapBuilder, arms: &mut [(Ending, Arm)]) {
         ray.y.atan2(ray.x)
     };
     arms.sort_by(|(a_at, a), (b_at, b)| bearing(b).total_cmp(&bearing(a)).then(a_at.cmp(b_at)));
+}
+
+/// What the map format cannot say of a junction: which approaches go first, and which are green together.
+fn junction_settings(
+    area: PolygonId,
+    names: &[ApproachName],
+    movers: &[RankedMovement],
+    phases: Vec<Vec<usize>>,
+) -> Option<IntersectionSettings> {
+    // The settings know approaches: one of which some ways go first is none that does.
+    let all_first = |arm: usize| movers.iter().all(|it| it.arm != arm || it.priority == Some(true));
+    let arms: Vec<RankedMovement> = movers
+        .iter()
+        .map(|mover| RankedMovement { priority: mover.priority.filter(|_| all_first(mover.arm)), ..*mover })
+        .collect();
+    let settings = intersection_settings::settings(area, names, &[], &arms);
+    if phases.is_empty() {
+        return settings;
+    }
+    let settings = settings.unwrap_or(IntersectionSettings { ia: Some(area.0), ..IntersectionSettings::default() });
+    let phases = phases.into_iter().map(|arms| arms.into_iter().map(|arm| names[arm].clone()).collect());
+    Some(IntersectionSettings { phases: phases.collect(), ..settings })
 }

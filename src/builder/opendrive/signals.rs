@@ -134,6 +134,12 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
     for line in lines {
         stop(scene, drawn, &mut all, line);
     }
+    control_lanes(scene, drawn, &mut all);
+    all
+}
+
+/// Says of the lanes of lights and signs, and of those before them, what controls them.
+fn control_lanes(scene: &Scene, drawn: &Drawn, all: &mut Furniture) {
     for it in &all.signals {
         let control = match it.used {
             SignalUse::VehicleLight => Control::Signals,
@@ -161,7 +167,6 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
             }
         }
     }
-    all
 }
 
 /// Keeps the stop line of a lane that lies nearest to its end. A line at the begin of a lane is that of those before it.
