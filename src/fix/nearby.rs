@@ -59,8 +59,10 @@ pub fn around(
             }
         }
     }
-    let near =
-        |[x, y]: [i64; 2]| (-NEAR..=NEAR).flat_map(move |east| (-NEAR..=NEAR).map(move |north| [x + east, y + north]));
+    let near = |[x, y]: [i64; 2]| {
+        (-NEAR..=NEAR)
+            .flat_map(move |east| (-NEAR..=NEAR).map(move |north| [x.saturating_add(east), y.saturating_add(north)]))
+    };
     let squares: FxHashSet<[i64; 2]> = with_change.into_iter().flat_map(near).collect();
     let mut near: FxHashSet<Key> = changed.clone();
     for osm in maps {

@@ -70,7 +70,8 @@ fn ends(map: &MapIndex, bounds: &[&LineString]) -> Vec<Finding> {
         for &id in &line.points {
             let Some(here) = place(map, id) else { continue };
             let [x, y] = cell(here);
-            let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
+            let near = |at: i64| at.saturating_sub(1)..=at.saturating_add(1);
+            let around = near(x).flat_map(|x| near(y).map(move |y| [x, y]));
             // In a crowd all nodes are compared with the same first ones, which joins them into one cluster.
             let others = around.filter_map(|cell| by_cell.get(&cell).map(|all| &all[..all.len().min(MOST)]));
             for &(other, theirs) in others.flatten() {
