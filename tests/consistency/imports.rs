@@ -277,10 +277,11 @@ fn definer(modules: &BTreeMap<Module, Read>, path: &[String], steps: usize) -> M
 }
 
 /// All imports between files, by their paths from `src` on and their texts. A module that hands on what its own children define
-/// does not import them by that.
+/// does not import them by that. Unit tests (`tests.rs` and what lies in a directory `tests`) may import what they like.
 pub fn imports(files: &[(String, String)]) -> Vec<Import> {
+    let of_tests = |file: &str| file.ends_with("tests.rs") || file.split('/').any(|part| part == "tests");
     let files: Vec<(String, String)> =
-        files.iter().filter(|(file, _)| !file.ends_with("tests.rs") && file != "main.rs").cloned().collect();
+        files.iter().filter(|(file, _)| !of_tests(file) && file != "main.rs").cloned().collect();
     let modules = modules(&files);
     let mut found = Vec::new();
     for (from, read) in &modules {
