@@ -13,11 +13,12 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 16] = [
+const PAGES: [(&str, &str); 17] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
     ("Looking at a map while it changes", "view.md"),
+    ("A review that ends in a map", "review.md"),
     ("Maps in cells", "divided_maps.md"),
     ("Countries: many machines", "scale.md"),
     ("The Python module", "python.md"),

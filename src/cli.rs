@@ -18,6 +18,7 @@ mod gallery;
 mod geometry;
 mod git;
 mod input;
+mod interactive;
 mod memory;
 mod merge;
 mod outcome;

@@ -25,3 +25,14 @@ pub fn counted(count: usize, one: &str) -> String {
     let s = if count == 1 { "" } else { "s" };
     format!("{count} {one}{s}")
 }
+
+/// A sentence with `…` for each number in it, so that sentences of one kind are the same.
+pub fn without_numbers(sentence: &str) -> String {
+    let is_number = |word: &&str| word.chars().any(|c| c.is_ascii_digit()) && word.parse::<f64>().is_ok();
+    let words = sentence.split(' ').map(|word| {
+        let bare = word.trim_end_matches([',', ':', ';']);
+        let end = word.get(bare.len()..).unwrap_or_default();
+        if is_number(&bare) { format!("…{end}") } else { word.to_owned() }
+    });
+    words.collect::<Vec<_>>().join(" ")
+}

@@ -63,7 +63,7 @@ pub fn fix(
         ..arguments::configuration(config, isolated)?
     };
     let scope = Scope { unsafe_too: r#unsafe, ..Scope::default() }.naming(&configuration.select);
-    let options = FixOptions { configuration, scope };
+    let options = FixOptions { configuration, scope, baseline: None };
     let (mended, left) = work::run(py, arguments::threads(threads)?, move || {
         let fixed = lanewright::fix(map.read()?, &options)?;
         if write {

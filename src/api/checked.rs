@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::lanelet::LaneletMap;
 use crate::lanelet::index::MapIndex;
-use crate::projection::LonLat;
+use crate::osm::OsmData;
+use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
 use crate::report::{Report, Sources};
 use crate::rules::{self, Config};
+use crate::settings::Settings;
 use crate::triage::{self, Baseline, Sorted, Suppressions};
 
 use super::config::Configuration;
@@ -62,25 +65,8 @@ impl Checked {
 
     /// All that shows what was found: for the functions of [`crate::report`].
     pub fn with_report<T>(&self, show: impl FnOnce(&Report<'_>) -> T) -> T {
-        let Self { loaded, sorted } = self;
-        let sources = Sources::new(loaded.osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
-        let mut requirements = rules::selected(&Config::from(&loaded.settings));
-        if sorted.suppressed + sorted.known > 0 || sorted.left.iter().any(|one| one.code.starts_with("triage/")) {
-            requirements.extend(triage::requirement().ok());
-        }
-        let to_globe = |points: &[_]| -> Option<Vec<LonLat>> {
-            loaded.projector.inverse_each(points, |_| 0.0).into_iter().collect()
-        };
-        let root = repository();
-        show(&Report {
-            requirements: &requirements,
-            show: Severity::Warning,
-            suppressed: sorted.suppressed,
-            known: sorted.known,
-            unproject: Some(&to_globe),
-            root: root.as_deref(),
-            ..Report::new(&sorted.left, &sources, &loaded.map)
-        })
+        let Self { loaded: Loaded { osm, map, projector, settings, .. }, sorted } = self;
+        with_report((osm, map), (projector, settings), sorted, show)
     }
 
     /// All findings as a baseline: `CheckOptions::baseline` of a later run leaves them out.
@@ -98,6 +84,32 @@ impl Checked {
     pub fn write_baseline(&self, file: &Path) -> Result<(), Error> {
         write_baseline(&self.baseline(), file)
     }
+}
+
+/// All that shows what was found in a map.
+pub(super) fn with_report<T>(
+    (osm, map): (&OsmData, &LaneletMap),
+    (projector, settings): (&Projector, &Settings),
+    sorted: &Sorted,
+    show: impl FnOnce(&Report<'_>) -> T,
+) -> T {
+    let sources = Sources::new(osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
+    let mut requirements = rules::selected(&Config::from(settings));
+    if sorted.suppressed + sorted.known > 0 || sorted.left.iter().any(|one| one.code.starts_with("triage/")) {
+        requirements.extend(triage::requirement().ok());
+    }
+    let to_globe =
+        |points: &[_]| -> Option<Vec<LonLat>> { projector.inverse_each(points, |_| 0.0).into_iter().collect() };
+    let root = repository();
+    show(&Report {
+        requirements: &requirements,
+        show: Severity::Warning,
+        suppressed: sorted.suppressed,
+        known: sorted.known,
+        unproject: Some(&to_globe),
+        root: root.as_deref(),
+        ..Report::new(&sorted.left, &sources, map)
+    })
 }
 
 /// Writes a baseline, whole or not at all.

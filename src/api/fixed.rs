@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::fix::{FixError, Mend, Mended, Scope, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
-use crate::osm::Source;
+use crate::osm::{OsmData, ReadError, Source};
 use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
 use crate::text::unified_diff;
-use crate::triage::Sorted;
+use crate::triage::{Baseline, Sorted};
 
+use super::Input;
 use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
@@ -27,6 +28,8 @@ pub struct FixOptions {
     pub configuration: Configuration,
     /// Which fixes are made: those of errors and warnings that need no look, if nothing else is said.
     pub scope: Scope,
+    /// Findings that are known: they are not mended.
+    pub baseline: Option<Input>,
 }
 
 /// A map as it was and as it is, with what was done.
@@ -77,15 +80,20 @@ impl Fixed {
     ///
     /// Where a parameter has a value of the wrong type, or the map is divided into cells.
     pub fn of(loaded: Loaded, scope: impl Into<Scope>) -> Result<Self, Error> {
-        Self::telling(loaded, scope.into(), &|_, _| {})
+        Self::telling(loaded, scope.into(), None, &|_, _| {})
     }
 
-    /// The same, and says now and then how many fixes were made and how many are open.
+    /// The same but for what a baseline knows, and says now and then how many fixes were made and how many are open.
     ///
     /// # Errors
     ///
     /// See [`Fixed::of`].
-    pub fn telling(loaded: Loaded, scope: Scope, tell: &dyn Fn(usize, usize)) -> Result<Self, Error> {
+    pub fn telling(
+        loaded: Loaded,
+        scope: Scope,
+        baseline: Option<&Baseline>,
+        tell: &dyn Fn(usize, usize),
+    ) -> Result<Self, Error> {
         if loaded.divided {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
@@ -96,10 +104,13 @@ impl Fixed {
             _ => None,
         };
         let Some(file) = projector_file else {
-            let mended = mended_as(&loaded, (&loaded.projector, &loaded.info), scope, tell)?;
+            let judge = MapJudge::telling(&loaded, &loaded.projector, &loaded.info, tell).knowing(baseline);
+            let mended = mended_by(&loaded, scope, judge)?;
             return Ok(Self { loaded, mended, projector_file: None });
         };
-        let mut mended = mended_as(&loaded, (&file.projector, &file.info()), scope, tell)?;
+        let info = file.info();
+        let judge = MapJudge::telling(&loaded, &file.projector, &info, tell).knowing(baseline);
+        let mut mended = mended_by(&loaded, scope, judge)?;
         let title = format!("write {INFO}: {}", file.projector);
         mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
         Ok(Self { loaded, mended, projector_file: Some(file) })
@@ -122,17 +133,13 @@ impl Fixed {
 
     /// The changes to the files, to be written now or later.
     pub fn edits(&self) -> Edits {
-        let paths = self.loaded.files.iter().map(Some).chain(std::iter::repeat(None));
-        let sources = self.loaded.osm.sources.iter().zip(&self.mended.osm.sources);
-        let changed = paths.zip(sources).filter(|(_, (old, new))| old.text != new.text);
-        let files =
-            changed.map(|(path, (old, new))| EditedFile { path: path.cloned(), ..EditedFile::new(old, new.clone()) });
-        let file = self.projector_file.iter().map(|file| EditedFile {
+        let mut edits = Edits::between(&self.loaded, &self.mended.osm);
+        edits.files.extend(self.projector_file.iter().map(|file| EditedFile {
             path: Some(file.path.clone()),
             source: file.source.clone(),
             was: None,
-        });
-        Edits { files: files.chain(file).collect() }
+        }));
+        edits
     }
 
     /// Writes the files that changed in place, all or none.
@@ -189,6 +196,18 @@ pub struct Edits {
 }
 
 impl Edits {
+    /// What makes another map of the files of a map.
+    pub(super) fn between(loaded: &Loaded, now: &OsmData) -> Self {
+        let paths = loaded.files.iter().map(Some).chain(std::iter::repeat(None));
+        let sources = loaded.osm.sources.iter().zip(&now.sources);
+        let changed = paths.zip(sources).filter(|(_, (old, new))| old.text != new.text);
+        let file = |(path, (old, new)): (Option<&PathBuf>, (&Source, &Source))| EditedFile {
+            path: path.cloned(),
+            ..EditedFile::new(old, new.clone())
+        };
+        Self { files: changed.map(file).collect() }
+    }
+
     /// Writes the files that changed in place, all or none. Owners, rights, links and extended attributes stay what they are.
     ///
     /// # Errors
@@ -227,21 +246,24 @@ pub(crate) fn undivided(verb: &str) -> Failure {
 
 /// What a map says, mended.
 pub(crate) fn mended(map: &Loaded, scope: impl Into<Scope>) -> Result<Mended, Error> {
-    mended_as(map, (&map.projector, &map.info), scope.into(), &|_, _| {})
+    mended_by(map, scope.into(), MapJudge::telling(map, &map.projector, &map.info, &|_, _| {}))
 }
 
-/// The same, with a projector and its file in place of those that the map was read with.
-fn mended_as(
-    map: &Loaded,
-    (projector, info): (&Projector, &ProjectorInfo),
-    scope: Scope,
-    tell: &dyn Fn(usize, usize),
-) -> Result<Mended, Error> {
-    mend(map.osm.clone(), scope, MapJudge::telling(map, projector, info, tell)).map_err(|error| match error {
+fn mended_by(map: &Loaded, scope: Scope, judge: MapJudge<'_>) -> Result<Mended, Error> {
+    mend(map.osm.clone(), scope, judge).map_err(fix_failure)
+}
+
+/// Why a map was not mended.
+pub(super) fn fix_failure(error: FixError<Error>) -> Error {
+    match error {
         FixError::Judge(error) => error,
-        FixError::Read(error) => ErrorKind::Internal.error(
-            Failure::new(format!("the mended map cannot be read: {error}"))
-                .help("nothing was changed; please report this"),
-        ),
-    })
+        FixError::Read(error) => unreadable(&error),
+    }
+}
+
+/// An edited map that cannot be read: a fault of ours.
+pub(super) fn unreadable(error: &ReadError) -> Error {
+    ErrorKind::Internal.error(
+        Failure::new(format!("the mended map cannot be read: {error}")).help("nothing was changed; please report this"),
+    )
 }

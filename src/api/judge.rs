@@ -16,7 +16,7 @@ use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
 use crate::rules::{self, Config};
 use crate::settings::{Settings, Side};
-use crate::triage::{self, Suppressions};
+use crate::triage::{self, Baseline, Suppressions};
 
 use super::error::{Error, ErrorKind};
 use super::load::Loaded;
@@ -37,6 +37,8 @@ pub(super) struct MapJudge<'a> {
     east: f64,
     of_projector: RefCell<Option<OfProjector>>,
     filled_unions: FilledUnions,
+    /// What is known and not to be mended.
+    baseline: Option<&'a Baseline>,
     /// The places of codes in the order of findings.
     ranks: OnceCell<FxHashMap<String, usize>>,
 }
@@ -75,8 +77,23 @@ impl<'a> MapJudge<'a> {
             east,
             of_projector: RefCell::default(),
             filled_unions: FilledUnions::default(),
+            baseline: None,
             ranks: OnceCell::new(),
         }
+    }
+
+    /// The same, and passes over what a baseline knows.
+    pub(super) fn knowing(self, baseline: Option<&'a Baseline>) -> Self {
+        Self { baseline, ..self }
+    }
+
+    /// What the baseline does not know.
+    fn new_only(&self, mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        if let Some(baseline) = self.baseline {
+            let mut are_new = baseline.which_are_new(&found).into_iter();
+            found.retain(|_| are_new.next().unwrap_or(true));
+        }
+        found
     }
 
     /// Adds what is wrong with the projector: all of it follows from where the nodes are, and few fixes move one.
@@ -137,7 +154,7 @@ impl Judge for MapJudge<'_> {
         self.judge_projector(osm, &mut loaded.faults);
         let (left, side) = found(osm, &loaded, &self.map.settings, &self.filled_unions)?;
         self.side.set(side);
-        Ok(left)
+        Ok(self.new_only(left))
     }
 
     fn parts(&self, parts: &[&OsmData]) -> Result<Vec<Vec<Diagnostic>>, Error> {
@@ -149,7 +166,9 @@ impl Judge for MapJudge<'_> {
             Settings { driving_side: driving_side.or(self.map.settings.driving_side), ..self.map.settings.clone() };
         let (projector, unions) = (self.projector, &self.filled_unions);
         // Whether the projector fits is a matter of the whole map.
-        parts.par_iter().map(|osm| Ok(found(osm, &from_osm(osm, projector), &settings, unions)?.0)).collect()
+        let found = parts.par_iter().map(|osm| Ok(found(osm, &from_osm(osm, projector), &settings, unions)?.0));
+        let found: Result<Vec<Vec<Diagnostic>>, Error> = found.collect();
+        Ok(found?.into_iter().map(|found| self.new_only(found)).collect())
     }
 
     fn place(&self, node: &Node) -> Option<[f64; 2]> {

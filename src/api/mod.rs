@@ -26,6 +26,8 @@ pub(crate) mod load;
 mod merged;
 pub(crate) mod opendrive;
 mod own_output;
+#[cfg(feature = "cli")]
+pub(crate) mod review;
 mod tile;
 mod tiles;
 mod workplace;
@@ -33,9 +35,10 @@ mod workplace;
 use std::path::{Path, PathBuf};
 
 pub use built::BuiltMap;
-pub use checked::{CheckOptions, Checked, write_baseline};
 #[cfg(feature = "cli")]
-pub(crate) use checked::{judged, read_baseline};
+pub(crate) use checked::judged;
+pub(crate) use checked::read_baseline;
+pub use checked::{CheckOptions, Checked, write_baseline};
 pub use config::{ConfigSource, Configuration};
 #[cfg(feature = "cli")]
 pub(crate) use config::{above, requirements};
@@ -161,7 +164,8 @@ pub fn check(map: impl Into<Input>, options: CheckOptions) -> Result<Checked, Er
 ///
 /// # Errors
 ///
-/// Where the map or settings cannot be read.
+/// Where the map, the baseline or settings cannot be read.
 pub fn fix(map: impl Into<Input>, options: &FixOptions) -> Result<Fixed, Error> {
-    Fixed::of(Loaded::read(map, &options.configuration)?, options.scope)
+    let baseline = options.baseline.as_ref().map(read_baseline).transpose()?;
+    Fixed::telling(Loaded::read(map, &options.configuration)?, options.scope, baseline.as_ref(), &|_, _| {})
 }

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::api::{Checked, Loaded, config, load, read_baseline};
+use crate::api::{Checked, Loaded, config, load, read_baseline, write_baseline as write_baseline_file};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::{self, HarmlessJson, Next, Report, Totals, visible};
-use crate::triage::Suppressions;
+use crate::triage::{Accepted, Suppressions};
 
 use super::args::{CLEAN, FAILED};
 use super::check_args::{CheckArgs, FormatArg};
@@ -180,15 +180,24 @@ fn people(
     let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
     let left_out: Vec<String> =
         left_out.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}")).collect();
-    if left_out.is_empty() { Ok(()) } else { writeln!(out, "left out: {}", left_out.join(", ")) }
+    if !left_out.is_empty() {
+        writeln!(out, "left out: {}", left_out.join(", "))?;
+    }
+    for Accepted { code, subject, reason } in &checked.sorted.reasons {
+        writeln!(out, "  {code} on {subject}: {}", visible(reason))?;
+    }
+    Ok(())
 }
 
 fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
-    checked.write_baseline(file)?;
+    let mut baseline = checked.baseline();
+    // What was rejected in a review keeps its reason; a file that is no baseline is written over, as it was asked for.
+    if let Some(earlier) = file.is_file().then(|| read_baseline(&file.into()).ok()).flatten() {
+        baseline = baseline.with_reasons_of(&earlier);
+    }
+    write_baseline_file(&baseline, file)?;
     let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
-    output::tell(
-        file,
-        &format!("{}: {} findings of {} written\n", output::shown(file), checked.baseline().len(), visible(map)),
-    )?;
+    let count = baseline.len();
+    output::tell(file, &format!("{}: {count} findings of {} written\n", output::shown(file), visible(map)))?;
     Ok(CLEAN)
 }

@@ -47,7 +47,14 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         false => forecasts(&loaded, &Along::Lanelets(args.planner.clone()), &args.parameters.read()?)?,
     };
     let title = map.display().to_string();
-    let options = Options { focus: args.focus(&loaded)?, scale: args.scale, ids: args.ids, title, forecasts };
+    let options = Options {
+        focus: args.focus(&loaded)?,
+        scale: args.scale,
+        ids: args.ids,
+        title,
+        forecasts,
+        ..Options::default()
+    };
     let picture = match as_what {
         Format::Svg => draw::svg(&loaded.map, &found, &options).map(String::into_bytes),
         Format::Png => draw::png(&loaded.map, &found, &options),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::fix::{Mend, Mended};
 use crate::osm::{ElementKind, OsmData};
 use crate::report::visible;
+use crate::text::without_numbers;
 
 /// Fixes of one kind are named up to this number.
 const NAMED: usize = 3;
@@ -100,17 +101,6 @@ fn grouped<'a>(what: &str, fixes: impl Iterator<Item = (&'a Mend, String)>) -> S
         Some(format!("{what}[{code}] {count} × {}: {kind}s {}{rest}\n", visible(&title), ids.join(", ")))
     };
     groups.iter().filter_map(line).collect()
-}
-
-/// A title with `…` for each number in it.
-fn without_numbers(title: &str) -> String {
-    let is_number = |word: &&str| word.chars().any(|c| c.is_ascii_digit()) && word.parse::<f64>().is_ok();
-    let words = title.split(' ').map(|word| {
-        let bare = word.trim_end_matches([',', ':', ';']);
-        let end = word.get(bare.len()..).unwrap_or_default();
-        if is_number(&bare) { format!("…{end}") } else { word.to_owned() }
-    });
-    words.collect::<Vec<_>>().join(" ")
 }
 
 /// An element that was drawn, in words; `None` for nodes, of which there are many.

@@ -11,7 +11,7 @@ use crate::lanelet;
 const PAUSE: Duration = Duration::from_millis(250);
 
 /// A file with its time and length; `None` where it is not there.
-type Stamp = (PathBuf, Option<(SystemTime, u64)>);
+pub type Stamp = (PathBuf, Option<(SystemTime, u64)>);
 
 /// A map and the other files that a run reads.
 #[derive(Clone, Debug)]

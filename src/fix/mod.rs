@@ -3,6 +3,7 @@
 
 mod attempt;
 mod canonical;
+mod chosen;
 mod error_counts;
 mod fixes_by_place;
 mod harmful_fixes;
@@ -21,6 +22,8 @@ mod tests;
 mod text_edits;
 mod tried;
 
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
@@ -29,6 +32,7 @@ use crate::osm::{ElementKind, OsmData};
 pub use attempt::FixError;
 use attempt::{Earlier, attempt, follow_all};
 pub use canonical::{Unkept, canonical};
+pub use chosen::{applied, edited, mend_chosen};
 use error_counts::ErrorCounts;
 use harmful_fixes::{Divided, Verdict};
 pub use judgement::Judge;
@@ -39,7 +43,7 @@ use proposal::{Attempt, Proposal};
 pub use route::Route;
 pub use scope::Scope;
 use suspects::Suspects;
-use text_edits::{Key, TextEdits};
+use text_edits::Key;
 use tried::Tried;
 
 /// What came of mending.
@@ -75,6 +79,16 @@ pub struct Mended {
 pub fn mend<J: Judge>(osm: OsmData, scope: impl Into<Scope>, judge: J) -> Result<Mended, FixError<J::Error>> {
     let judge = ChangeJudge::new(judge);
     let left = judge.whole(&osm).map_err(FixError::Judge)?;
+    mend_found(osm, left, Memory { scope: scope.into(), ..Memory::default() }, &judge)
+}
+
+/// The same where it is known what is found in the map.
+fn mend_found<J: Judge>(
+    osm: OsmData,
+    left: Vec<Diagnostic>,
+    memory: Memory,
+    judge: &ChangeJudge<J>,
+) -> Result<Mended, FixError<J::Error>> {
     let before = [Severity::Error, Severity::Warning].map(|severity| count(&left, severity));
     let state = Mended {
         osm,
@@ -87,12 +101,12 @@ pub fn mend<J: Judge>(osm: OsmData, scope: impl Into<Scope>, judge: J) -> Result
         unsafe_left: 0,
         revealed: 0,
     };
-    let start = Run::new(state, scope.into());
+    let start = Run::new(state, memory);
     let [most, _] = before;
-    let mut run = start.clone().ended(&judge)?;
+    let mut run = start.clone().ended(judge)?;
     // No map may have more errors than before.
     if count(&run.state.left, Severity::Error) > most {
-        run = start.leaving_unmarked().ended(&judge)?;
+        run = start.leaving_unmarked().ended(judge)?;
     }
     let Run { mut state, known, .. } = run;
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
@@ -130,9 +144,8 @@ struct Run {
 const PASSES: usize = 8;
 
 impl Run {
-    fn new(state: Mended, scope: Scope) -> Self {
+    fn new(state: Mended, memory: Memory) -> Self {
         let known = ErrorCounts::of(&state.left);
-        let memory = Memory { scope, ..Memory::default() };
         Self { state, memory, known, passes: 0, made_before: 0 }
     }
 
@@ -171,10 +184,10 @@ impl Run {
         }
         self.passes += 1;
         self.made_before = self.state.done.len();
-        let Memory { scope, leaves_unmarked, mut tried, .. } = std::mem::take(&mut self.memory);
+        let Memory { scope, only, leaves_unmarked, mut tried, .. } = std::mem::take(&mut self.memory);
         let again = tried.forget_changed(self.state.left.iter().filter_map(Proposal::of));
         self.state.refused.retain(|(mend, _)| tried.has(mend));
-        self.memory = Memory { scope, leaves_unmarked, tried, ..Memory::default() };
+        self.memory = Memory { scope, only, leaves_unmarked, tried, ..Memory::default() };
         again
     }
 
@@ -199,6 +212,8 @@ impl Run {
 #[derive(Clone, Default)]
 struct Memory {
     scope: Scope,
+    /// The fixes that somebody chose, where they did: others are made only if they follow from these.
+    only: Option<Arc<FxHashSet<Mend>>>,
     /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
     leaves_unmarked: bool,
     /// No fix is tried twice, so that two fixes cannot undo each other forever.
@@ -220,7 +235,8 @@ impl Memory {
 
     fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
         let open = left.iter().filter(|found| self.scope.wants(found)).filter_map(Proposal::of);
-        let open = open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend));
+        let is_chosen = |mend: &Mend| self.only.as_ref().is_none_or(|only| only.contains(mend));
+        let open = open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend) && is_chosen(&one.mend));
         let leads = |one: Proposal| {
             let leads = self.leading.contains(&one.mend);
             Proposal { leads, in_group: !leads && self.led.contains(&one.mend), ..one }
@@ -380,11 +396,4 @@ fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item =
             state.refused.push((mend, reason));
         }
     }
-}
-
-/// The files' texts with the edits of one fix; `None` if it cannot be made.
-pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
-    let mut edits = TextEdits::new(osm);
-    edits.apply(fix)?;
-    Some(edits.texts())
 }

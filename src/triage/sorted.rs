@@ -11,6 +11,19 @@ pub struct Sorted {
     pub suppressed: usize,
     /// How many the baseline knows.
     pub known: usize,
+    /// Those of them for which it gives a reason.
+    pub reasons: Vec<Accepted>,
+}
+
+/// A finding that somebody lets be, for a reason: its fix was rejected in a review.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Accepted {
+    /// Code of the finding.
+    pub code: String,
+    /// What it is about.
+    pub subject: Subject,
+    /// In the words of whoever rejected the fix.
+    pub reason: String,
 }
 
 /// The element of the file that a primitive is, whatever it means in Lanelet2.

@@ -125,7 +125,7 @@ impl Browser {
 
     /// Opens the page of a server, and waits until it is ready.
     pub fn visit(&self, url: &str) {
-        *self.home.borrow_mut() = Some(url.to_owned());
+        *self.home.borrow_mut() = url.split('?').next().map(str::to_owned);
         self.call("POST", "/url", &json!({ "url": url }));
         self.wait("document.documentElement.dataset.ready && document.getElementById('map').dataset.centre");
     }

@@ -10,6 +10,7 @@ mod common;
 mod driver;
 mod large;
 mod reports;
+mod review;
 mod view;
 mod workshop;
 

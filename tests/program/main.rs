@@ -20,6 +20,8 @@ mod pbf;
 #[path = "../fault_injection/pbf.rs"]
 mod pbf_fields;
 mod planner;
+#[cfg(unix)]
+mod review;
 mod small_inputs;
 #[cfg(unix)]
 mod team;
@@ -27,5 +29,4 @@ mod tier4;
 mod tiles;
 #[cfg(unix)]
 mod users_files;
-#[cfg(unix)]
 mod view;

@@ -68,7 +68,7 @@ fn what_cannot_be_served_is_an_error_at_once() {
 }
 
 /// The data that a page of `view --build` fetches, decoded.
-fn unpacked(parcel: &[u8]) -> Value {
+pub fn unpacked(parcel: &[u8]) -> Value {
     let length = u32::from_le_bytes(parcel[..4].try_into().unwrap()) as usize;
     let mut text = String::new();
     flate2::read::DeflateDecoder::new(&parcel[4..4 + length]).read_to_string(&mut text).unwrap();

@@ -12,6 +12,14 @@ pub struct ViewArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --build
     /// OpenStreetMap data
     pub map: PathBuf,
+    /// Review the fixes that need a look, one after another: accept or reject them, edit the map, and save. Nothing is written before
+    /// that
+    #[arg(long, conflicts_with = "build")]
+    pub review: bool,
+    /// With --review: the file that remembers rejected fixes with their reasons, for `check --baseline` [default: baseline.json
+    /// beside the map]
+    #[arg(long, value_name = "FILE", requires = "review")]
+    pub baseline: Option<PathBuf>,
     /// Show how `build` makes a map of OpenStreetMap data, stage by stage, and anew after every change: drag nodes,
     /// change lanes and widths, merge roads or keep them apart. The file is not written to
     #[arg(long)]
@@ -29,7 +37,7 @@ pub struct ViewArgs {
     #[arg(long)]
     pub open: bool,
     /// Show fixes that need a look afterwards, too
-    #[arg(long, conflicts_with = "build")]
+    #[arg(long, conflicts_with_all = ["build", "review"])]
     pub r#unsafe: bool,
     #[command(flatten)]
     pub config: ConfigArgs,

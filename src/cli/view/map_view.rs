@@ -76,7 +76,7 @@ impl Judged {
             let (title, path, requirements) =
                 (report_page::title(&args.map), report_page::only_file(report), report_page::requirements(report)?);
             let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
-            parcel(report, &page, &Served { previews, build_stages: None })
+            parcel(report, &page, &Served { previews, ..Served::default() })
                 .map_err(|error| Failure::new(error.to_string()))
         })
     }

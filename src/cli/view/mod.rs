@@ -1,4 +1,4 @@
-//! `view`: a map, or how it comes to be, as a page in the browser that follows its files.
+//! `view`: a map, its review, or how it comes to be, as a page in the browser that follows its files.
 
 mod args;
 mod build_view;
@@ -6,6 +6,7 @@ mod downloads;
 mod edits;
 mod http;
 mod map_view;
+mod review_view;
 mod server;
 mod subscriptions;
 
@@ -23,17 +24,21 @@ use subscriptions::Subscriptions;
 
 /// Serves the page until somebody ends it.
 pub fn run(args: ViewArgs) -> Result<u8, Failure> {
-    let watched = Watched::new(&args.map, args.config.config.iter().map(PathBuf::from));
+    let more = args.config.config.iter().map(PathBuf::from);
+    let watched = Watched::new(&args.map, more);
     let (open, subscriptions) = (args.open, Arc::new(Subscriptions::default()));
     let server = Server::bind(args.port, &subscriptions)?;
     let handler: Arc<dyn Handler> = if args.build {
         build_view::BuildSessions::start(args, watched, Arc::clone(&subscriptions))?
+    } else if args.review {
+        review_view::ReviewSession::start(args, watched, Arc::clone(&subscriptions))?
     } else {
         Arc::new(map_view::Reports::start(args, watched, Arc::clone(&subscriptions))?)
     };
-    output::print(&format!("{}  (Ctrl-C ends)\n", server.url()))?;
+    let url = server.url(&*handler);
+    output::print(&format!("{url}  (Ctrl-C ends)\n"))?;
     if open {
-        server.open();
+        Server::open(&url);
     }
     server.serve(&handler, &subscriptions);
     Ok(CLEAN)

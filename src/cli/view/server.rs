@@ -17,6 +17,11 @@ pub trait Handler: Send + Sync {
     /// The page itself.
     fn page(&self) -> String;
 
+    /// What a request has to know to be answered, where not everybody on this machine may ask.
+    fn token(&self) -> Option<&str> {
+        None
+    }
+
     /// Answers what a page posts to a path, or says why not; `None` where nothing is at that path.
     fn post(&self, _path: &str, _question: &str) -> Option<Result<Answer, String>> {
         None
@@ -62,14 +67,15 @@ impl Server {
         Ok(Self { http, port, answers })
     }
 
-    /// Where the page is, now that there is something to show.
-    pub fn url(&self) -> String {
+    /// Where the page of a handler is, now that there is something to show.
+    pub fn url(&self, handler: &dyn Handler) -> String {
         self.answers.store(true, Ordering::SeqCst);
-        format!("http://127.0.0.1:{}/", self.port)
+        let token = handler.token().map(|token| format!("?token={token}")).unwrap_or_default();
+        format!("http://127.0.0.1:{}/{token}", self.port)
     }
 
-    /// Opens the page in the user's browser, if there is a way.
-    pub fn open(&self) {
+    /// Opens a page in the user's browser, if there is a way.
+    pub fn open(url: &str) {
         let (program, before): (&str, &[&str]) = if cfg!(target_os = "macos") {
             ("open", &[])
         } else if cfg!(windows) {
@@ -78,7 +84,7 @@ impl Server {
             ("xdg-open", &[])
         };
         let mut command = Command::new(program);
-        let quiet = command.args(before).arg(self.url()).stdin(Stdio::null()).stdout(Stdio::null());
+        let quiet = command.args(before).arg(url).stdin(Stdio::null()).stdout(Stdio::null());
         // Whoever has no browser has the address.
         let _ = quiet.stderr(Stdio::null()).spawn();
     }
@@ -98,6 +104,16 @@ impl Server {
 
 fn respond(request: &Request, handler: &dyn Handler, subscriptions: &Subscriptions) -> Reply {
     let (path, query) = request.url.split_once('?').unwrap_or((&request.url, ""));
+    if let Some(token) = handler.token() {
+        let said = match path {
+            // A browser sends no header with the address that it opens.
+            "/" => query.strip_prefix("token="),
+            _ => request.header("Lanewright-Token"),
+        };
+        if said != Some(token) {
+            return text(403, "text/plain", "open the address that lanewright printed, with its token");
+        }
+    }
     match (request.method.as_str(), path) {
         ("GET", "/") => text(200, "text/html", &handler.page()),
         ("GET", "/data") => {

@@ -58,6 +58,10 @@ pub struct Options {
     pub title: String,
     /// What Autoware's planner will do, to be drawn on top.
     pub forecasts: Vec<Forecast>,
+    /// Lines and closed rings in local metres that are pointed at, drawn dashed on top.
+    pub marked: Vec<(bool, Vec<Point>)>,
+    /// Whether the legend is left out: of a small picture it would hide a part.
+    pub without_legend: bool,
 }
 
 /// Why there is no picture.
@@ -132,11 +136,16 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
     if !options.forecasts.is_empty() {
         layer(&mut canvas, "planner", |c| planner::forecasts(c, map, &options.forecasts));
     }
+    if !options.marked.is_empty() {
+        layer(&mut canvas, "marked", |c| marked(c, &options.marked));
+    }
     if options.ids {
         layer(&mut canvas, "ids", |c| legend::ids(c, map));
     }
     let more: &[_] = if options.forecasts.is_empty() { &[] } else { &planner::MEANINGS };
-    layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics, more));
+    if !options.without_legend {
+        layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics, more));
+    }
     let mut style = style::sheet(canvas.view.scale);
     if canvas.shows(style::YELLOW) {
         style += style::YELLOW_PAINT;
@@ -146,6 +155,9 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
     }
     if !options.forecasts.is_empty() {
         style += planner::STYLE;
+    }
+    if !options.marked.is_empty() {
+        style += style::MARKED;
     }
     canvas.finish(&style, &options.title)
 }
@@ -182,6 +194,16 @@ pub fn rendered(svg: &str) -> Result<Vec<u8>, DrawError> {
         .ok_or_else(|| failed(&format!("{width} x {height} pixels do not fit")))?;
     resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
     pixels.encode_png().map_err(|e| failed(&e))
+}
+
+/// Dashed outlines of what is pointed at.
+fn marked(canvas: &mut Canvas, shapes: &[(bool, Vec<Point>)]) {
+    for (closed, points) in shapes {
+        let ring = points.first().filter(|_| *closed);
+        let line: Vec<Point> = points.iter().chain(ring).copied().collect();
+        canvas.line("marked-halo", &line, "");
+        canvas.line("marked", &line, "");
+    }
 }
 
 fn layer(canvas: &mut Canvas, name: &str, draw: impl FnOnce(&mut Canvas)) {

@@ -25,6 +25,10 @@ pub const PASSAGE: &str = "passage";
 /// Its style, for drawings that have such areas.
 pub const PASSAGE_GROUND: &str = ".passage{fill:#b9a58a;fill-opacity:.55;stroke:#8d7656;stroke-width:.8}\n";
 
+/// How what is pointed at looks.
+pub const MARKED: &str = ".marked{fill:none;stroke:#0a7d4b;stroke-width:2.6;stroke-dasharray:7 4}\n\
+    .marked-halo{fill:none;stroke:#fff;stroke-opacity:.85;stroke-width:5}\n";
+
 /// How a linestring of these tags is drawn.
 pub fn stroke(attributes: &Attributes) -> Stroke {
     let paint = if attributes.is("color", "yellow") { Paint::Yellow } else { Paint::White };

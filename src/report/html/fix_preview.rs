@@ -38,7 +38,7 @@ pub fn fix_previews(map: &LaneletMap, mended: &LaneletMap, findings: &[Diagnosti
         subject: change.subject,
         change: change.change,
         facts: change.facts.iter().map(ToString::to_string).collect(),
-        shape: shape(if change.change == Kind::Removed { map } else { mended }, change.subject),
+        shape: shape_of(if change.change == Kind::Removed { map } else { mended }, change.subject),
         mends: causes.by(map, change.subject, change.change),
     })
     .collect()
@@ -137,7 +137,7 @@ fn alike(map: &LaneletMap, subject: Subject) -> Subject {
 }
 
 /// Lines and rings that show a primitive.
-fn shape(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
+pub fn shape_of(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
     let places = |points: &[PointId]| -> Vec<Point> {
         points.iter().filter_map(|&id| map.points.get(id)).map(|point| point.position).collect()
     };
@@ -150,9 +150,9 @@ fn shape(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
             let members = map.regulatory_elements.get(RegulatoryElementId(id)).map(|element| &element.members);
             let of = |target| match target {
                 Target::Point(_) => Vec::new(),
-                Target::LineString(id) => shape(map, Subject::LineString(id.0)),
-                Target::Polygon(id) => shape(map, Subject::Polygon(id.0)),
-                Target::Lanelet(id) => shape(map, Subject::Lanelet(id.0)),
+                Target::LineString(id) => shape_of(map, Subject::LineString(id.0)),
+                Target::Polygon(id) => shape_of(map, Subject::Polygon(id.0)),
+                Target::Lanelet(id) => shape_of(map, Subject::Lanelet(id.0)),
             };
             return members.into_iter().flatten().flat_map(|member| of(member.target)).collect();
         }

@@ -4,9 +4,13 @@
 const AGAIN = 1500;
 
 const live = { version: 0 };
+/** Where not everybody may ask, the address has a token. */
+const token = new URLSearchParams(location.search).get('token');
+/** Asks the server that the page comes from. */
+const askServer = (path, options = {}) => fetch(path, { cache: 'no-store', ...options, headers: { ...options.headers, ...(token ? { 'Lanewright-Token': token } : {}) } });
 
 async function fetchBoth() {
-  const response = await fetch('data', { cache: 'no-store' });
+  const response = await askServer('data');
   if (!response.ok) throw new Error(await response.text());
   live.version = Number(response.headers.get('Lanewright-Version'));
   return readParcel(await response.arrayBuffer());
@@ -21,7 +25,7 @@ on('start', () => {
 async function watchChanges() {
   for (;;) {
     try {
-      const response = await fetch(`changes?after=${live.version}`, { cache: 'no-store' });
+      const response = await askServer(`changes?after=${live.version}`);
       const { version, error } = await response.json();
       say(error);
       if (version !== live.version && error) live.version = version;

@@ -32,7 +32,7 @@ function followLink() {
   } else if (what === 'rule') showRule(text);
 }
 
-/** What each key does: [keys, words, action]. */
+/** What each key does: [keys, words, action, when it does]. */
 const KEYS = [
   [['j', 'n'], 'Next finding', () => stepFinding(1)],
   [['k', 'p'], 'Previous finding', () => stepFinding(-1)],
@@ -64,7 +64,7 @@ function startKeys() {
     if (typing && event.key === 'Escape') { event.target.blur(); return; }
     // Enter and space press the button that has the focus.
     if (typing || (event.key === 'Enter' && event.target.matches?.('button, a'))) return;
-    const entry = KEYS.find(([keys]) => keys.includes(event.key));
+    const entry = KEYS.find(([keys, , , when]) => keys.includes(event.key) && (when?.() ?? true));
     if (!entry) return;
     event.preventDefault();
     entry[2]();

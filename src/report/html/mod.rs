@@ -25,9 +25,9 @@ use sha2::{Digest, Sha256};
 
 pub use build_stages::{BuildStages, InputRoad, InputWay, Stage};
 pub use compare::{Earlier, EarlierError};
-pub use fix_preview::{FixPreview, fix_previews};
+pub use fix_preview::{FixPreview, fix_previews, shape_of};
 pub use pages::escape;
-pub use served::{Served, parcel, served, served_build_stages};
+pub use served::{Served, page_origin, parcel, served, served_build_stages, served_review, shown_previews};
 
 use super::{Report, VERSION, groups};
 use crate::geometry::Point;

@@ -17,8 +17,9 @@ function drawCard() {
   const card = byId('card');
   chosenHighlights = [];
   const content = state.finding ? findingCard(state.finding) : state.primitive ? primitiveCard(state.primitive) : null;
-  card.hidden = !content;
-  card.replaceChildren(...(content ? [closer(), ...content] : []));
+  // Where another part of the page shows it in full, the map stays clear.
+  card.hidden = !content || asked('shown elsewhere', state.finding).length > 0;
+  card.replaceChildren(...(card.hidden ? [] : [closer(), ...content]));
   card.scrollTop = 0;
   byId('map').dataset.highlighted = chosenHighlights.map(({ kind, number }) => `${kind}-${state.map[kind].id[number]}`).join(' ');
   ask();
@@ -174,6 +175,7 @@ function primitiveCard({ kind, number }) {
     make('p', { class: 'kind' }, make('b', {}, wordOf({ kind, number }))),
     make('h2', { class: 'id' }, id, make('button', { type: 'button', class: 'copy', title: 'Copy the id (c)', 'aria-label': 'Copy the id', onclick: () => copy(id) })),
     tagTable(map.pairs(map[kind].tags[number])),
+    ...asked('edit card', { kind, number }),
     ...sections.filter(Boolean),
     ...asked('card', { primitive: { kind, number } }),
     placeLine(at, null),

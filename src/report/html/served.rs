@@ -8,6 +8,8 @@ use super::build_stages::{BuildStages, page_build_stages};
 use super::fix_preview::{FixPreview, page_fix_previews};
 use super::plane::Frame;
 use super::{JOSM, MAIN, Page, SCRIPTS, deflate, facts, filled, pack, pages};
+use crate::geometry::Point;
+use crate::lanelet::LaneletMap;
 use crate::report::Report;
 use crate::requirement::Requirement;
 
@@ -18,6 +20,8 @@ pub struct Served<'a> {
     pub previews: &'a [FixPreview],
     /// How the map came to be.
     pub build_stages: Option<&'a BuildStages>,
+    /// How far a review has come, as `review.js` reads it.
+    pub review: Option<&'a Value>,
 }
 
 /// What a served page has more.
@@ -25,6 +29,25 @@ const MAP_SCRIPTS: [&str; 2] = [include_str!("live.js"), include_str!("fix_previ
 /// What the page of a map in the making has more.
 const BUILD_SCRIPTS: [&str; 4] =
     [include_str!("live.js"), include_str!("stages.js"), include_str!("editing.js"), include_str!("panel.js")];
+
+/// What the page of a review has more.
+const REVIEW_SCRIPTS: [&str; 4] =
+    [include_str!("live.js"), include_str!("fix_preview.js"), include_str!("review.js"), include_str!("hand_edits.js")];
+
+/// The page of a review.
+pub fn served_review(title: &str, requirements: &[&Requirement]) -> String {
+    page(title, requirements, &REVIEW_SCRIPTS)
+}
+
+/// Where the plane of a map's page has its origin, in the map's metres.
+pub fn page_origin(map: &LaneletMap) -> Point {
+    Frame::of(map, None).origin
+}
+
+/// What a fix would change, as the page reads it.
+pub fn shown_previews(previews: &[FixPreview], origin: Point) -> Value {
+    page_fix_previews(previews, &Frame { origin, lonlat: None })
+}
 
 /// The page of a report, with these requirements, each with its pictures.
 pub fn served(title: &str, requirements: &[&Requirement]) -> String {
@@ -52,6 +75,7 @@ pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::
     let mut facts = facts(report, page, &frame);
     facts["ghosts"] = page_fix_previews(served.previews, &frame);
     facts["workshop"] = served.build_stages.map_or(Value::Null, |build_stages| page_build_stages(build_stages, &frame));
+    facts["review"] = served.review.cloned().unwrap_or_default();
     let facts = deflate(facts.to_string().as_bytes())?;
     let length = u32::try_from(facts.len()).map_err(io::Error::other)?;
     Ok([&length.to_le_bytes()[..], &facts, &pack::pack(report.map, &frame)?].concat())

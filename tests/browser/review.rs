@@ -1,0 +1,183 @@
+//! `lanewright view --review` in the browser: a whole review, from the first look to the saved map.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use lanewright::api::{CheckOptions, check};
+use lanewright::diagnostic::{Diagnostic, Severity};
+use serde_json::json;
+
+use super::driver::Browser;
+use super::{DESKTOP, PHONE, at_peace, data};
+use crate::common::needs::shared;
+use crate::common::program::{Server, lanewright};
+
+/// A copy of Autoware's intersection that may be written to.
+fn intersection(dir: &Path) -> Option<PathBuf> {
+    let file = dir.join("map.osm");
+    fs::copy(shared("corpus/lanelet2/autoware_intersection.osm")?, &file).unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
+    Some(file)
+}
+
+struct Page {
+    browser: Browser,
+    file: PathBuf,
+    dir: tempfile::TempDir,
+    _server: Server,
+}
+
+impl Page {
+    fn open((width, height): (u32, u32)) -> Option<Self> {
+        let browser = Browser::start(width, height)?;
+        let dir = tempfile::tempdir().unwrap();
+        let file = intersection(dir.path())?;
+        let server = Server::start(dir.path(), &["--review", file.to_str().unwrap()]);
+        browser.visit(&server.url);
+        let page = Self { browser, file, dir, _server: server };
+        page.tried();
+        Some(page)
+    }
+
+    fn pane(&self, name: &str) -> String {
+        data(&self.browser, "pane-review", name)
+    }
+
+    fn number(&self, name: &str) -> usize {
+        self.pane(name).parse().unwrap()
+    }
+
+    /// Waits until it is known what would come of the fix that is looked at.
+    fn tried(&self) {
+        self.browser.wait("document.getElementById('pane-review').dataset.preview === 'yes'");
+    }
+
+    /// Does something and waits for what the server says of it.
+    fn said(&self, act: impl FnOnce()) -> String {
+        self.browser.run("document.getElementById('pane-review').dataset.said = ''");
+        let version = self.browser.value("document.documentElement.dataset.version");
+        act();
+        self.browser.wait("document.getElementById('pane-review').dataset.said");
+        self.browser.wait(&format!("document.documentElement.dataset.version !== {version}"));
+        self.pane("said")
+    }
+
+    /// Has a lanelet no longer give way to another, on the card of that.
+    fn take_a_yield(&self, text: &str) {
+        let browser = &self.browser;
+        let lanelet = lanelet_with_yield(text);
+        browser.run(&format!("location.hash = '#id={lanelet}'"));
+        browser.wait("document.querySelector('#hand .take-yield')");
+        std::thread::sleep(std::time::Duration::from_millis(700));
+        browser.picture("review-edit.png");
+        let yields = "document.querySelectorAll('#hand .take-yield').length";
+        let many = browser.value(yields).as_u64().unwrap();
+        let said = self.said(|| _ = browser.run("document.querySelector('#hand .take-yield').click()"));
+        assert!(said.contains("does not give way"), "{said}");
+        browser.wait(&format!("{yields} === {}", many - 1));
+    }
+}
+
+fn errors(file: &Path) -> Vec<Diagnostic> {
+    let found = check(file, CheckOptions::default()).unwrap().sorted.left;
+    found.into_iter().filter(|one| one.severity == Severity::Error).collect()
+}
+
+#[test]
+fn a_review_ends_in_a_map() {
+    let Some(page) = Page::open(DESKTOP) else { return };
+    let Page { browser, file, dir, .. } = &page;
+    let before = fs::read_to_string(file).unwrap();
+    let errors_before = errors(file).len();
+    std::thread::sleep(std::time::Duration::from_millis(900));
+    browser.picture("review-desktop.png");
+    assert_eq!(browser.value("document.querySelectorAll('button.pair img').length"), json!(2));
+    let assumed = browser.value("document.querySelector('.why').textContent");
+    assert!(assumed.as_str().unwrap().contains("Takes for granted"), "{assumed}");
+
+    // Keys: look at the next one and back, accept five, put one off.
+    let first = page.pane("at");
+    browser.press("n");
+    browser.wait(&format!("document.getElementById('pane-review').dataset.at !== '{first}'"));
+    browser.press("p");
+    browser.wait(&format!("document.getElementById('pane-review').dataset.at === '{first}'"));
+    let mut accepted = 0;
+    while accepted < 5 {
+        page.tried();
+        let can = browser.value("!document.getElementById('accept').disabled");
+        let said = page.said(|| browser.press(if can == json!(true) { "y" } else { "l" }));
+        assert!(said.starts_with(if can == json!(true) { "accepted" } else { "put off" }), "{said}");
+        accepted += usize::from(can == json!(true));
+    }
+    assert_eq!(page.number("accepted"), 5);
+    // What was accepted is undone and made again.
+    page.said(|| browser.press("u"));
+    assert_eq!(page.number("accepted"), 4);
+    page.tried();
+    page.said(|| _ = browser.run("document.getElementById('accept').click()"));
+    assert_eq!(page.number("accepted"), 5);
+
+    // Reject two, for a reason.
+    for _ in 0..2 {
+        page.tried();
+        browser.press("x");
+        browser.wait("document.activeElement.id === 'reason'");
+        let said = page.said(|| browser.press("the sign stands on the other side\u{e007}"));
+        assert!(said.starts_with("rejected"), "{said}");
+    }
+    assert_eq!(page.number("rejected"), 2);
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    browser.picture("review-decided.png");
+
+    page.take_a_yield(&before);
+    assert_eq!(fs::read_to_string(file).unwrap(), before, "nothing is written before it is saved");
+    assert_eq!(page.pane("unsaved"), "yes");
+
+    let said = page.said(|| browser.press("w"));
+    assert!(said.starts_with("saved"), "{said}");
+    assert_eq!(page.pane("unsaved"), "");
+    at_peace(browser);
+
+    // The map has what was decided, and the baseline what was rejected.
+    let after = fs::read_to_string(file).unwrap();
+    assert_ne!(after, before);
+    let removed = before.lines().filter(|line| line.contains("role=\"yield\"")).count();
+    assert!(after.lines().filter(|line| line.contains("role=\"yield\"")).count() + 1 >= removed);
+    let kept = before.lines().filter(|line| after.contains(line)).count();
+    assert!(kept + 60 > before.lines().count(), "{kept} of {} lines are left", before.lines().count());
+    let baseline = fs::read_to_string(dir.path().join("baseline.json")).unwrap();
+    let known: serde_json::Value = serde_json::from_str(&baseline).unwrap();
+    let known = known["findings"].as_array().unwrap();
+    // One fix may mend several findings.
+    assert!(
+        known.len() >= 2 && known.iter().all(|one| one["reason"] == "the sign stands on the other side"),
+        "{baseline}"
+    );
+    assert!(errors(file).len() < errors_before, "{} errors, {errors_before} before", errors(file).len());
+    let checked = lanewright(dir.path(), &["check", "map.osm", "--isolated", "--baseline", "baseline.json"]);
+    assert!(checked.stdout.contains(&format!("{} known from the baseline", known.len())), "{}", checked.stdout);
+    assert!(checked.stdout.contains(": the sign stands on the other side"), "{}", checked.stdout);
+}
+
+/// A lanelet of which a right of way lets others give way.
+fn lanelet_with_yield(text: &str) -> String {
+    let mut rights = String::new();
+    for relation in text.split("<relation ").skip(1) {
+        let is_right = relation.contains("v=\"right_of_way\"") && relation.contains("role=\"yield\"");
+        let goes_first = |line: &&str| line.contains("role=\"right_of_way\"") || line.contains("role='right_of_way'");
+        if let Some(line) = relation.lines().find(goes_first).filter(|_| is_right) {
+            rights = line.split("ref=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
+        }
+    }
+    rights
+}
+
+#[test]
+fn a_phone_shows_a_review() {
+    let Some(page) = Page::open(PHONE) else { return };
+    std::thread::sleep(std::time::Duration::from_millis(900));
+    page.browser.picture("review-phone.png");
+    assert_eq!(page.browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));
+    at_peace(&page.browser);
+}
