@@ -107,7 +107,7 @@ impl<'a> MapBuilder<'a> {
     }
 
     /// The elevation of a point, metres.
-    fn height(&self, id: PointId) -> f64 {
+    pub fn height(&self, id: PointId) -> f64 {
         self.point_of(id).and_then(Point::ele).unwrap_or_default()
     }
 

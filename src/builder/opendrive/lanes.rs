@@ -14,6 +14,7 @@ use super::nodes::{EndNodes, Nodes};
 use super::runs::runs;
 use super::scene::{Drawn, Piece, Scene, note};
 use super::stretches::{ONE_BORDER, section_at, strip};
+use super::unlinked;
 
 /// A way through a junction that is narrower than this everywhere, metres, is none.
 const NO_WIDTH: f64 = 0.3;
@@ -75,9 +76,14 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
             StretchLanes { driven, sides, stands }
         })
         .collect();
-    let ends = meeting_ends(scene, &all_borders, &lanes, &found.all, &mut drawn.notes);
+    let (mut unlinked, mut told) = unlinked::meeting(scene, &lanes, &found.all);
+    drawn.notes.append(&mut told);
+    let mut all_contacts = found.all;
+    all_contacts.append(&mut unlinked);
+    all_contacts.sort_unstable();
+    let ends = meeting_ends(scene, &all_borders, &lanes, &all_contacts, &mut drawn.notes);
     let mut meeting: BTreeMap<LaneEnd, Vec<LaneEnd>> = BTreeMap::new();
-    for [a, b] in found.all.iter().map(|contact| contact.ends) {
+    for [a, b] in all_contacts.iter().map(|contact| contact.ends) {
         meeting.entry(a).or_default().push(b);
         meeting.entry(b).or_default().push(a);
     }
@@ -92,7 +98,7 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
         }
     }
     unsaid_speeds(scene, &lanes, &mut drawn.notes);
-    follow(&mut drawn, &found.all);
+    follow(&mut drawn, &all_contacts);
     drawn
 }
 
@@ -242,7 +248,9 @@ fn meeting_ends(
         }
     }
     let driven = |end: LaneEnd| lanes[end.stretch].driven.iter().any(|(lane, _)| lane.id == end.lane);
-    for gap in nodes.join(contacts, driven) {
+    let gaps = nodes.join(contacts, driven);
+    nodes.touch(driven);
+    for gap in gaps {
         let [a, b] = gap.contact.ends.map(|end| format!("lane {} of road {}", end.lane, scene.road(end.stretch).id));
         let done = if gap.joined { "they are joined all the same" } else { "they are not joined" };
         let message = format!("{a} and {b} are linked but end {:.2} m from each other: {done}", gap.distance);

@@ -18,7 +18,7 @@ use super::scene::{Drawn, DrawnLane, Piece, Scene};
 
 /// Points closer than this to the end of their line, metres, are left out: the end may have been moved a little.
 const BESIDE_END: f64 = 0.05;
-/// Borders of two roads between the same nodes that lie this close, metres, are one line.
+/// Borders of two roads between the same nodes that lie this close, metres, in the plane and in height, are one line.
 const TWIN: f64 = 0.01;
 /// Heights are whole tenths of millimetres, as in all maps.
 const STEPS: f64 = 1e4;
@@ -193,12 +193,22 @@ impl<'a> Lines<'a> {
     ) -> Option<Bound> {
         let place = |ids: &[PointId]| Polyline::new(assembly.positions(ids));
         let own = place(points)?;
+        let as_high = |ids: &[PointId], line: &Polyline, other: &[PointId]| {
+            let (stations, heights) = (line.stations(), ids.iter().map(|id| assembly.height(*id)).collect::<Vec<f64>>());
+            stations.len() == heights.len()
+                && other.iter().all(|id| {
+                    let station = line.project(assembly.position(*id)).station;
+                    (height_at(&stations, &heights, station) - assembly.height(*id)).abs() <= TWIN
+                })
+        };
         self.between.get(&ends)?.iter().find_map(|&line| {
             let ids = assembly.bound_ids(Bound { line, inverted: false });
             let other = place(&ids)?;
             let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= TWIN);
             let bound = Bound { line, inverted: ids.first() != points.first() };
-            (ends[0] != ends[1] && free(&bound) && near(&own, &other) && near(&other, &own)).then_some(bound)
+            let near = near(&own, &other) && near(&other, &own);
+            let high = || as_high(points, &own, &ids) && as_high(&ids, &other, points);
+            (ends[0] != ends[1] && free(&bound) && near && high()).then_some(bound)
         })
     }
 
@@ -261,6 +271,14 @@ impl<'a> Lines<'a> {
 pub fn point(assembly: &mut MapBuilder, plane: &Plane, key: Key, place: Place) -> PointId {
     let (at, height) = plane.to_map(&[place]).pop().unwrap_or_default();
     assembly.point_at(key, at, rounded(height), Attributes::new())
+}
+
+/// The height at a station of a line, whose points lie at these stations and heights, metres.
+fn height_at(stations: &[f64], heights: &[f64], station: f64) -> f64 {
+    let behind = stations.partition_point(|it| *it <= station).clamp(1, stations.len() - 1);
+    let [from, to] = [stations[behind - 1], stations[behind]];
+    let part = ((station - from) / (to - from).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    heights[behind - 1] + (heights[behind] - heights[behind - 1]) * part
 }
 
 fn rounded(height: f64) -> f64 {

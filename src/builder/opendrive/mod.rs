@@ -18,6 +18,7 @@ mod scene;
 mod signal_use;
 mod signals;
 mod stretches;
+mod unlinked;
 
 use crate::diagnostic::{Finding, Severity};
 use crate::geometry::Point;

@@ -9,6 +9,8 @@ use super::lane_use::sides;
 
 /// Ends of borders up to this far from each other, metres, are one place: its mean.
 pub const WELD: f64 = 0.05;
+/// Ends of borders of unlinked lanes up to this far from each other, metres, are one place.
+const TOUCH: f64 = 0.01;
 /// Ends of borders of linked lanes farther apart than this, metres, stay apart: there is no way on.
 pub const FARTHEST: f64 = 1.5;
 
@@ -124,6 +126,46 @@ impl Nodes {
             gaps.push(Gap { contact, distance, joined });
         }
         gaps
+    }
+
+    /// Makes ends of driven lanes' borders that lie at one place one node, whatever is linked: lanes of two roads side by side. Where that
+    /// would let one lane lead to another, they stay apart.
+    pub fn touch(&mut self, driven: impl Fn(LaneEnd) -> bool) {
+        let beside = |(stretch, far, border): BorderEnd| {
+            let lanes = [border, border + 1, border - 1].map(|lane| LaneEnd { stretch, far, lane });
+            lanes.into_iter().filter(|end| end.lane != 0 && sides(end.lane).contains(&border)).find(|end| driven(*end))
+        };
+        let mut by_cell: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+        let cell = |[x, y, _]: Place| [x, y].map(|it| (it / TOUCH).floor() as i64);
+        let own: Vec<usize> = (0..self.ends.len()).filter(|&at| beside(self.ends[at]).is_some()).collect();
+        for &at in &own {
+            by_cell.entry(cell(self.places[at])).or_default().push(at);
+        }
+        for a in own {
+            let [x, y] = cell(self.places[a]);
+            let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy]));
+            let near: Vec<usize> = around.filter_map(|cell| by_cell.get(&cell)).flatten().copied().collect();
+            for b in near.into_iter().filter(|&b| b > a) {
+                let lie = self.ends[b].0 != self.ends[a].0
+                    && distance(self.places[a], self.places[b]) <= TOUCH
+                    && (self.places[a][2] - self.places[b][2]).abs() <= TOUCH;
+                if lie && self.root(a) != self.root(b) && !self.closes_lane(a, b) && !self.leads_on(a, b) {
+                    self.unite(a, b);
+                }
+            }
+        }
+    }
+
+    /// Whether one node for both ends would let a lane that ends at one lead to a lane that ends at the other: their other borders end
+    /// in one node already.
+    fn leads_on(&self, a: usize, b: usize) -> bool {
+        let others = |at: usize| -> Vec<usize> {
+            let ends = self.members[self.root(at)].iter().map(|&member| self.ends[member]);
+            let next = |(stretch, far, border): BorderEnd| [border - 1, border + 1].map(|it| (stretch, far, it));
+            ends.flat_map(next).filter_map(|end| self.known.get(&end)).map(|&other| self.root(other)).collect()
+        };
+        let of_a = others(a);
+        others(b).iter().any(|root| of_a.contains(root))
     }
 
     /// The ends of borders that a contact joins.

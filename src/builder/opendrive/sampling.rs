@@ -7,6 +7,8 @@ use super::stretches::section_at;
 
 /// The largest distance of the curve from its chord, metres: the requirement is 1 cm, of which the joints need a part.
 const CHORD: f64 = 0.004;
+/// The same inside junctions, where borders of several heights lie almost on each other.
+const CHORD_INSIDE: f64 = 0.0005;
 /// The longest chord, metres.
 const LONGEST: f64 = 40.0;
 /// A border has no more places than this: a curve that needs more is damaged.
@@ -27,10 +29,11 @@ pub fn border(scene: &Scene, stretch: usize, border: i64) -> Vec<Place> {
     };
     let mut stations = knots(road, &sections, [from, to]);
     stations.push(to);
+    let chord = if scene.connecting[scene.stretches[stretch].road] { CHORD_INSIDE } else { CHORD };
     let mut line = vec![(from, at(from))];
     let mut begin = from;
     for end in stations {
-        divide(&at, [begin, end], &mut line);
+        divide(&at, [begin, end], chord, &mut line);
         line.push((end, at(end)));
         begin = end;
     }
@@ -76,12 +79,12 @@ fn knots(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64> {
 }
 
 /// Adds the places strictly between two stations that the curve needs.
-fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], line: &mut Vec<(f64, Place)>) {
+fn divide(at: &impl Fn(f64) -> Place, span: [f64; 2], chord: f64, line: &mut Vec<(f64, Place)>) {
     let mut open = vec![span];
     while let Some([from, to]) = open.pop() {
         let [a, b] = [from, to].map(at);
         let length = to - from;
-        let bends = || [0.25, 0.5, 0.75].into_iter().any(|part| off(at(from + length * part), a, b) > CHORD);
+        let bends = || [0.25, 0.5, 0.75].into_iter().any(|part| off(at(from + length * part), a, b) > chord);
         let divides = length > SHORTEST && line.len() + open.len() < MOST;
         if divides && (length > LONGEST || bends()) {
             let middle = from + length / 2.0;
