@@ -10,6 +10,8 @@ const BROADEST: f64 = 1_000.0;
 const HIGHEST: f64 = 100_000.0;
 /// The longest road, metres.
 const LONGEST: f64 = 1e6;
+/// The most lanes side by side.
+const MOST_LANES: usize = 300;
 
 /// Why a road cannot be drawn, one sentence without a subject.
 pub fn damage(road: &Road) -> Option<String> {
@@ -17,6 +19,9 @@ pub fn damage(road: &Road) -> Option<String> {
     const PLACES: usize = 16;
     if road.length > LONGEST {
         return Some(format!("is longer than {} km", LONGEST / 1000.0));
+    }
+    if let Some(section) = road.sections.iter().find(|section| section.lanes.len() > MOST_LANES) {
+        return Some(format!("has {} lanes side by side at s={:.1}", section.lanes.len(), section.span[0]));
     }
     let far = |value: f64, most: f64| value.is_nan() || value.abs() > most;
     for section in &road.sections {
@@ -62,6 +67,9 @@ mod tests {
         assert!(damage(&road(lane(9999.0))).is_some_and(|it| it.contains("broader")));
         let high = Road { elevation: cubic([0.0, 0.0, 0.0, 9999.0]), ..road(lane(0.0)) };
         assert!(damage(&high).is_some_and(|it| it.contains("height")));
+        let mut crowded = road(lane(0.0));
+        crowded.sections[0].lanes = (1..=1000).map(|id| Lane { id: -id, ..Lane::default() }).collect();
+        assert!(damage(&crowded).is_some_and(|it| it.contains("1000 lanes")));
         assert!(damage(&Road { length: 1e9, ..road(lane(0.0)) }).is_some_and(|it| it.contains("longer")));
     }
 }

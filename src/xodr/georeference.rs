@@ -1,5 +1,7 @@
 //! Where on earth a file lies: the words of its `geoReference` as far as maps need them.
 
+use crate::geometry::Point;
+
 /// The plane of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Georeference {
@@ -39,6 +41,9 @@ const UTM_SCALE: f64 = 0.9996;
 /// ... and what it adds, metres: to eastings, and to northings in the south.
 const UTM_EAST: f64 = 500_000.0;
 const UTM_SOUTH: f64 = 10_000_000.0;
+
+/// Places farther than this from the origin of a transverse Mercator, metres, are not its own.
+const FARTHEST: f64 = 5_000_000.0;
 
 /// Reads the words of a `geoReference`.
 pub fn georeference(words: &str) -> Plane {
@@ -126,6 +131,18 @@ fn utm(zone: u8, south: bool) -> Georeference {
 }
 
 impl Georeference {
+    /// Whether metres of it lie on the part of the earth that it is for: near its origin, or in its zone.
+    pub fn has(&self, at: Point) -> bool {
+        match *self {
+            Self::TransverseMercator { shift: [x, y], .. } => (at.x - x).hypot(at.y - y) < FARTHEST,
+            Self::Utm { added: [east, north], .. } => {
+                let of_south = north > UTM_SOUTH / 2.0;
+                let [east, north] = [at.x - UTM_EAST - east, at.y - north];
+                east.abs() < UTM_EAST && north.abs() < UTM_SOUTH && (north < 0.0) == of_south
+            }
+        }
+    }
+
     /// The scale on the central meridian.
     pub fn scale(&self) -> f64 {
         match self {
@@ -156,6 +173,13 @@ mod tests {
         assert_eq!(zone.georeference, Some(Georeference::Utm { zone: 32, added: [-674_000.0, -5_405_000.0] }));
         let other = georeference("+proj=tmerc +lat_0=0 +lon_0=10 +k=0.9996");
         assert!(matches!(other.georeference, Some(Georeference::TransverseMercator { .. })));
+    }
+
+    #[test]
+    fn a_zone_has_places_of_its_own_half_of_the_earth() {
+        let (north, south) = (utm(16, false), utm(16, true));
+        assert!(north.has(Point::new(667_000.0, 3_878_000.0)) && !north.has(Point::new(-667_000.0, -3_878_000.0)));
+        assert!(south.has(Point::new(667_000.0, 6_122_000.0)) && !south.has(Point::new(667_000.0, 13_878_000.0)));
     }
 
     #[test]

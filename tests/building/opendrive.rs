@@ -238,6 +238,22 @@ fn a_georeference_whose_origin_is_far_away_is_not_that_of_the_map() {
 }
 
 #[test]
+fn an_offset_that_exporters_write_with_the_wrong_sign_is_subtracted() {
+    let begin = text().find("<geoReference>").unwrap();
+    let end = text().find("</geoReference>").unwrap() + "</geoReference>".len();
+    let latitude = |offset: &str| {
+        let mut placed = text();
+        let words = "<geoReference>+proj=utm +zone=16 +ellps=WGS84 +units=m</geoReference>";
+        placed.replace_range(begin..end, &format!("{words}<offset {offset} z=\"0\" hdg=\"0\"/>"));
+        let map = built_from(&placed).built;
+        let node = map.map.points.iter().next().unwrap().position;
+        map.projector.inverse(node).unwrap().lat
+    };
+    let [added, subtracted] = ["x=\"667733\" y=\"3878705\"", "x=\"-667733\" y=\"-3878705\""].map(latitude);
+    assert!((added - 35.04).abs() < 0.1 && (added - subtracted).abs() < 0.01, "{added} {subtracted}");
+}
+
+#[test]
 fn every_public_file_is_built() {
     let Some(folder) = shared("corpus/xodr") else { return };
     let mut count = 0;

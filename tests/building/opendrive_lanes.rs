@@ -236,3 +236,100 @@ fn lanes_that_a_file_leads_to_nothing_are_named() {
     assert_eq!(map.built.settings.loose_ends.ends.len(), 1);
     assert_eq!(built(&text).built.settings.loose_ends.ends.len(), 0);
 }
+
+/// Whether a note of a map has these words.
+pub fn told(map: &BuiltMap, words: &str) -> bool {
+    map.built.notes.iter().any(|note| note.message.contains(words))
+}
+
+#[test]
+fn lanes_that_meet_though_nothing_links_them_are_joined_and_told() {
+    let geometry = line(0.0, 0.0, 200.0);
+    let road =
+        |sections| RoadText { id: "a", junction: "-1", links: ["", ""], geometry: &geometry, length: 200.0, sections };
+    let text = text(
+        &[road(&[
+            (0.0, &[(1, 3.5, 0.0, 0, 0), (-1, 3.5, 0.0, 0, 0)]),
+            (100.0, &[(1, 3.5, 0.0, 0, 0), (-1, 3.5, 0.0, 0, 0)]),
+        ])],
+        "",
+    );
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text);
+    assert!(told(&map, "at 2 places along road a lanes meet"), "{:?}", map.built.notes);
+    let ends = |lanelet: &Lanelet, last: bool| {
+        [lanelet.left, lanelet.right].map(|bound| {
+            let points: Vec<_> = map.built.map.bound_points(bound).map(|point| point.id).collect();
+            if last { points[points.len() - 1] } else { points[0] }
+        })
+    };
+    let follow = |a: &Lanelet| roads(&map).into_iter().filter(|b| ends(a, true) == ends(b, false)).count();
+    assert_eq!(roads(&map).into_iter().map(follow).sum::<usize>(), 2);
+}
+
+#[test]
+fn a_turn_on_the_spot_is_left_out() {
+    // Its left border begins and ends at the middle of the road.
+    let half = 1.75 * std::f64::consts::PI;
+    let turn = format!(
+        "<geometry s=\"0\" x=\"50\" y=\"-1.75\" hdg=\"0\" length=\"{half}\"><arc curvature=\"{}\"/></geometry>",
+        1.0 / 1.75
+    );
+    let plain = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let width = "<width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/>";
+    let road = format!(
+        "<road id=\"about\" junction=\"J\" length=\"{half}\"><link><predecessor elementType=\"road\" elementId=\"w\" contactPoint=\"end\"/><successor elementType=\"road\" elementId=\"w\" contactPoint=\"end\"/></link><planView>{turn}</planView><lanes><laneOffset s=\"0\" a=\"1.75\" b=\"0\" c=\"0\" d=\"0\"/><laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><right><lane id=\"-1\" type=\"driving\"><link><predecessor id=\"-1\"/><successor id=\"1\"/></link>{width}</lane></right></laneSection></lanes></road>"
+    );
+    let text = plain.replace("</OpenDRIVE>", &format!("{road}</OpenDRIVE>"));
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text);
+    assert!(told(&map, "lane -1 of road about turns on the spot"), "{:?}", map.built.notes);
+    assert_eq!(roads(&map).len(), roads(&built(&plain)).len());
+}
+
+#[test]
+fn a_helix_is_cut_before_its_outline_crosses_itself() {
+    let length = 40.0 * std::f64::consts::TAU;
+    let arc =
+        format!("<geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"{length}\"><arc curvature=\"0.05\"/></geometry>");
+    let road = RoadText {
+        id: "ramp",
+        junction: "-1",
+        links: ["", ""],
+        geometry: &arc,
+        length,
+        sections: &[(0.0, &[(-1, 3.5, 0.0, 0, 0)])],
+    };
+    let text = text(&[road], "").replace(
+        "</planView>",
+        "</planView><elevationProfile><elevation s=\"0\" a=\"0\" b=\"0.05\" c=\"0\" d=\"0\"/></elevationProfile>",
+    );
+    assert!(!errors(&text).iter().any(|line| line.contains("self-crossing")));
+    assert_eq!(roads(&built(&text)).len(), 4);
+}
+
+#[test]
+fn borders_of_two_roads_above_each_other_are_two() {
+    let flat = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let hump = "<elevationProfile><elevation s=\"0\" a=\"0\" b=\"0\" c=\"0.0012\" d=\"-0.00006\"/></elevationProfile>";
+    let begin = flat.find("<road id=\"back\"").unwrap();
+    let at = begin + flat[begin..].find("</planView>").unwrap() + "</planView>".len();
+    let mut raised = flat.clone();
+    raised.insert_str(at, hump);
+    for (text, one) in [(flat, true), (raised, false)] {
+        let map = built(&text);
+        let straight: Vec<_> =
+            roads(&map).into_iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "straight")).collect();
+        let [a, b] = straight[..] else { panic!("{straight:?}") };
+        assert_eq!(a.left.line == b.left.line, one);
+    }
+}
+
+#[test]
+fn odd_shapes_inside_junctions_are_told() {
+    let bulge: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.3, -1, -1)]), (10.0, &[(-1, 6.5, -0.3, -1, -1)])];
+    let map = built(&junction(bulge, -1));
+    assert!(told(&map, "lane -1 of road on is 6."), "{:?}", map.built.notes);
+    let plain = built(&junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1));
+    assert!(!told(&plain, "it is built as it is"), "{:?}", plain.built.notes);
+}

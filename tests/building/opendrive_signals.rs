@@ -2,7 +2,7 @@
 
 use lanewright::lanelet::Lanelet;
 
-use super::opendrive_lanes::{LaneText, built, errors, junction};
+use super::opendrive_lanes::{LaneText, built, errors, junction, told};
 
 const THROUGH: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, -1, -1)])];
 
@@ -104,4 +104,34 @@ fn lights_of_two_controllers_are_two_phases() {
     assert_eq!(settings.intersection[0].phases.len(), 2);
     let one = text.replace("<controller id=\"A\"/><controller id=\"B\"/>", "<controller id=\"A\"/>");
     assert!(built(&one).built.settings.intersection.iter().all(|it| it.phases.is_empty()));
+}
+
+#[test]
+fn a_light_counts_at_the_stop_line_at_which_it_is_referred_to() {
+    // It stands on the road behind the junction; the line is at the end of the way straight on.
+    let reference = "<signalReference id=\"light\" s=\"19.8\" t=\"0\" orientation=\"+\"/>";
+    let text = with(
+        &[("on", &(signal("line", "294", 19.8, "+") + reference)), ("e", &signal("light", "1000001", 3.0, "+"))],
+        "",
+        "",
+    );
+    let map = built(&text).built.map;
+    let lights: Vec<_> = map.regulatory_elements.iter().filter(|it| it.subtype == "traffic_light").collect();
+    let [light] = lights[..] else { panic!("{lights:?}") };
+    let carriers: Vec<_> = map.lanelets.iter().filter(|it| it.regulatory_elements.contains(&light.id)).collect();
+    let [behind] = carriers[..] else { panic!("{carriers:?}") };
+    let begin = map.bound_points(behind.left).next().unwrap().position.x;
+    assert!((begin - 70.0).abs() < 0.01, "{begin}");
+}
+
+#[test]
+fn a_stop_line_inside_a_junction_is_drawn_and_told() {
+    let map = built(&with(&[("on", &signal("line", "294", 4.0, "+"))], "", ""));
+    let lines = map.built.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
+    let at_line = lines.filter(|line| {
+        let first = line.points.first().and_then(|id| map.built.map.points.get(*id)).unwrap();
+        (first.position.x - 54.0).abs() < 0.01
+    });
+    assert_eq!(at_line.count(), 1);
+    assert!(told(&map, "stop line line of road on lies where no lane"), "{:?}", map.built.notes);
 }

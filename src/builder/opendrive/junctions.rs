@@ -18,7 +18,7 @@ use crate::builder::network::{End, RoadEnd, RoadIx};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::diagnostic::{Finding, Place};
+use crate::diagnostic::{Finding, Place, Severity};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::{JOINING, center_line};
 use crate::lanelet::right_of_way::RankedMovement;
@@ -274,6 +274,7 @@ impl<'a> Site<'a> {
         if !self.needs_area(&found, &controls) {
             return;
         }
+        self.crossing_neighbours(junction, &found, made);
         let key = Key::new("opendrive").word("intersection area").word(&junction.id);
         let mut bounds = SharedBounds::default();
         for line in self.paths.iter().flat_map(|path| path.bounds) {
@@ -318,6 +319,26 @@ impl<'a> Site<'a> {
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
         made.settings.extend(junction_settings(id, &names, &movers, phases));
+    }
+
+    /// Tells of lanes that begin side by side and lie on each other farther on, by the file's own borders.
+    fn crossing_neighbours(&self, junction: &Junction, found: &Conflicts, made: &mut Made) {
+        for (at, others) in found.real.iter().enumerate() {
+            for &other in others.iter().filter(|&&other| other > at) {
+                let [a, b] = [at, other].map(|at| self.paths[at].movement);
+                let side_by_side = a.from == b.from && a.in_lane.abs_diff(b.in_lane) == 1;
+                if !side_by_side || (a.to, a.out_lane) == (b.to, b.out_lane) {
+                    continue;
+                }
+                let [a, b] = [at, other].map(|at| {
+                    let lane = &self.drawn.lanes[self.members[at]];
+                    format!("lane {} of road {}", lane.pieces[0].lane, self.scene.road(lane.stretch()).id)
+                });
+                let message =
+                    format!("in junction {}, {a} and {b} begin side by side and overlap farther on", junction.id);
+                made.notes.push(note("opendrive-overlap", junction.line, message).graded(Severity::Warning));
+            }
+        }
     }
 
     /// Names the lanes that the file leads to the junction and links to nothing there, and the directions of lanes for both in which

@@ -13,6 +13,7 @@ use super::lines::{Lines, One, SideRun, StretchLanes};
 use super::nodes::{EndNodes, Nodes};
 use super::runs::runs;
 use super::scene::{Drawn, Piece, Scene, note};
+use super::shapes;
 use super::stretches::{ONE_BORDER, section_at, strip};
 use super::unlinked;
 
@@ -98,6 +99,7 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
         }
     }
     unsaid_speeds(scene, &lanes, &mut drawn.notes);
+    drawn.notes.append(&mut shapes::notes(scene, &lanes));
     follow(&mut drawn, &all_contacts);
     drawn
 }

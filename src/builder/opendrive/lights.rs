@@ -9,8 +9,8 @@ use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::Control;
 use crate::diagnostic::{Finding, Severity};
-use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
+use crate::geometry::{Point, Polyline, Vector, left_of};
+use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
 use crate::xodr::Signal;
 
@@ -91,6 +91,45 @@ impl<'a> Drawing<'a> {
             let key = self.lane_key("marking", lane);
             assembly.element(key, "road_marking", &[("refers", Target::LineString(line))], &carriers);
         }
+        self.paint(assembly);
+    }
+
+    /// Draws the stop lines of the file at which no lane of the map ends, as paint only.
+    fn paint(&mut self, assembly: &mut MapBuilder) {
+        /// A line that lies so near to one that is drawn, metres, is that one.
+        const KNOWN: f64 = 1.0;
+        let place = |assembly: &MapBuilder, line: &LineStringId| {
+            Polyline::new(assembly.bound_line(Bound { line: *line, inverted: false }))
+        };
+        let mut known: Vec<Polyline> = self.lines.values().filter_map(|line| place(assembly, line)).collect();
+        for line in &self.furniture.lines {
+            let road = &self.scene.file.roads[line.road];
+            let of_lane = || {
+                let lane = &self.drawn.lanes[*line.lanes.first()?];
+                let Piece { stretch, lane } = self.scene.piece_at(lane, line.station);
+                let [high, low] =
+                    sides(lane).map(|border| self.scene.section(stretch).offset(road, border, line.station));
+                Some([low, high])
+            };
+            let Some([low, high]) = line.across.or_else(of_lane) else { continue };
+            let ends = [high, low].map(|offset| road.place(line.station, offset));
+            let ends_in_map: Vec<Point> = self.scene.plane.to_map(&ends).into_iter().map(|(at, _)| at).collect();
+            let Some(own) = Polyline::new(ends_in_map) else { continue };
+            let middle = own.at(own.length() / 2.0);
+            if known.iter().any(|other| other.distance(middle) <= KNOWN) {
+                continue;
+            }
+            let key = Key::new("opendrive").word("paint").word(&road.id).word(&line.id).number(line.line as i64);
+            let nodes = [("left", ends[0]), ("right", ends[1])]
+                .map(|(name, place)| point(assembly, self.scene.plane, key.word(name), place));
+            stop_line(assembly, key, nodes, PAINTED_LINE);
+            known.push(own);
+            let message = format!(
+                "stop line {} of road {} lies where no lane of the map ends: it is drawn, and vehicles stop where theirs does",
+                line.id, road.id
+            );
+            self.notes.push(note("opendrive-signal", line.line, message).graded(Severity::Warning));
+        }
     }
 
     fn lanelets(&self, lanes: &[usize]) -> Vec<LaneletId> {
@@ -129,8 +168,10 @@ impl<'a> Drawing<'a> {
 
     /// The approaches of a signal; without a junction behind, its lanes themselves.
     fn approaches(&self, placed: &Placed) -> Vec<Approach> {
+        let (at_exit, others): (Vec<usize>, Vec<usize>) =
+            placed.lanes.iter().partition(|lane| placed.at_exit.contains(lane));
         let (between, near): (Vec<usize>, Vec<usize>) =
-            placed.lanes.iter().partition(|&&lane| placed.is_between(self.scene, self.drawn, lane));
+            others.into_iter().partition(|&lane| placed.is_between(self.scene, self.drawn, lane));
         let mut found = approaches(self.scene, self.drawn, &near);
         for approach in &mut found {
             if let Some(before) = self.furniture.before_line(self.drawn, approach.lane) {
@@ -138,6 +179,7 @@ impl<'a> Drawing<'a> {
             }
         }
         let others = if found.is_empty() { near } else { Vec::new() };
+        found.extend(at_exit.into_iter().map(|lane| Approach { lane, behind: self.drawn.next[lane].clone() }));
         for lane in between.into_iter().chain(others) {
             // Lanes are split at lights; the part that begins there may be the one behind or the one before.
             let before = self.drawn.back[lane].first().copied().filter(|_| self.drawn.lanes[lane].direction > 0);

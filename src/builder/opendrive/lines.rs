@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::tags::marking::unpainted;
-use crate::geometry::Polyline;
+use crate::diagnostic::Severity;
+use crate::geometry::{Point, Polyline};
+use crate::lanelet::align::align;
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 use crate::xodr::{Lane, Place};
 
@@ -14,7 +16,7 @@ use super::marks::{self, Beside};
 use super::nodes::{BorderEnd, EndNodes};
 use super::plane::Plane;
 use super::sampling;
-use super::scene::{Drawn, DrawnLane, Piece, Scene};
+use super::scene::{Drawn, DrawnLane, Piece, Scene, note};
 
 /// Points closer than this to the end of their line, metres, are left out: the end may have been moved a little.
 const BESIDE_END: f64 = 0.05;
@@ -125,8 +127,35 @@ impl<'a> Lines<'a> {
             return;
         }
         let [high, low] = along;
-        let high = self.draw(assembly, high, true, lanes);
-        let low = self.draw(assembly, low, false, lanes);
+        let points = [self.points(assembly, &high), self.points(assembly, &low)];
+        let road = self.scene.road(first.stretch);
+        if points.iter().any(|points| points.first() == points.last()) {
+            let message = format!(
+                "lane {} of road {} turns on the spot: a border of it begins and ends at one place; it is left out",
+                first.lane, road.id
+            );
+            drawn.notes.push(note("opendrive-turn", road.line, message).graded(Severity::Warning));
+            return;
+        }
+        let Upright { points, cut_short } = match upright(assembly, points, &directions) {
+            Some(found) => found,
+            None => {
+                let message =
+                    format!("the borders of lane {} of road {} cross each other: it is left out", first.lane, road.id);
+                drawn.notes.push(note("opendrive-turn", road.line, message).graded(Severity::Warning));
+                return;
+            }
+        };
+        if cut_short {
+            let message = format!(
+                "lane {} of road {} turns more tightly than it is wide: its inner border runs back, and is cut short there",
+                first.lane, road.id
+            );
+            drawn.notes.push(note("opendrive-turn", road.line, message).graded(Severity::Warning));
+        }
+        let [of_high, of_low] = points;
+        let high = self.draw(assembly, (high, of_high), true, lanes);
+        let low = self.draw(assembly, (low, of_low), false, lanes);
         let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
         for (direction, back) in directions {
             let bounds = if direction < 0 { [turned(low), turned(high)] } else { [high, low] };
@@ -147,17 +176,10 @@ impl<'a> Lines<'a> {
     fn draw(
         &mut self,
         assembly: &mut MapBuilder,
-        along: Vec<(usize, i64)>,
+        (along, points): (Vec<(usize, i64)>, Vec<PointId>),
         rightward: bool,
         lanes: &[StretchLanes],
     ) -> Bound {
-        let mut points: Vec<PointId> = Vec::new();
-        for &(stretch, border) in &along {
-            let (first, last) = self.border(assembly, stretch, border);
-            points.extend(if points.is_empty() { Some(first) } else { None });
-            points.extend(self.inner.get(&(stretch, border)).into_iter().flatten());
-            points.push(last);
-        }
         let ends = [points[0], points[points.len() - 1]];
         let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
         let known = self.lines.get(&along).cloned().unwrap_or_default();
@@ -183,6 +205,18 @@ impl<'a> Lines<'a> {
         bound
     }
 
+    /// The points along borders, each of a stretch, in order along the road.
+    fn points(&mut self, assembly: &mut MapBuilder, along: &[(usize, i64)]) -> Vec<PointId> {
+        let mut points: Vec<PointId> = Vec::new();
+        for &(stretch, border) in along {
+            let (first, last) = self.border(assembly, stretch, border);
+            points.extend(if points.is_empty() { Some(first) } else { None });
+            points.extend(self.inner.get(&(stretch, border)).into_iter().flatten());
+            points.push(last);
+        }
+        points
+    }
+
     /// A line that is drawn already and lies where these points lie: the border of another road.
     fn twin(
         &self,
@@ -194,7 +228,8 @@ impl<'a> Lines<'a> {
         let place = |ids: &[PointId]| Polyline::new(assembly.positions(ids));
         let own = place(points)?;
         let as_high = |ids: &[PointId], line: &Polyline, other: &[PointId]| {
-            let (stations, heights) = (line.stations(), ids.iter().map(|id| assembly.height(*id)).collect::<Vec<f64>>());
+            let (stations, heights) =
+                (line.stations(), ids.iter().map(|id| assembly.height(*id)).collect::<Vec<f64>>());
             stations.len() == heights.len()
                 && other.iter().all(|id| {
                     let station = line.project(assembly.position(*id)).station;
@@ -265,6 +300,49 @@ impl<'a> Lines<'a> {
         let painted = marks.clone().find(|mark| mark.kind != "none");
         marks::border(painted.or(marks.clone().next()), beside)
     }
+}
+
+/// The points of a lane's two borders, so that Lanelet2 reads them in their directions.
+struct Upright {
+    /// Of the left border along the road, and of the right one.
+    points: [Vec<PointId>; 2],
+    /// Whether points had to be left out.
+    cut_short: bool,
+}
+
+/// Lanelet2 tells the direction of a lanelet from where its bounds lie. Where an inner border runs back at an end, points of it are left
+/// out there until that is right; `None` if it never is.
+fn upright(assembly: &MapBuilder, points: [Vec<PointId>; 2], directions: &[(i8, bool)]) -> Option<Upright> {
+    /// So many parts of a border are tried.
+    const PARTS: usize = 64;
+    let places = points.each_ref().map(|ids| assembly.positions(ids));
+    let reads = |high: &[Point], low: &[Point]| {
+        directions.iter().all(|(direction, _)| match direction {
+            1 => align(high, low) == (false, false),
+            _ => align(low, high) == (true, true),
+        })
+    };
+    if reads(&places[0], &places[1]) {
+        return Some(Upright { points, cut_short: false });
+    }
+    let length = |line: &[Point]| line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
+    let inner = usize::from(length(&places[1]) < length(&places[0]));
+    let last = places[inner].len() - 1;
+    let step = (last / PARTS).max(1);
+    let cuts = (1..last).step_by(step).chain([last]).flat_map(|count| [(1, count), (last + 1 - count, last)]);
+    for (from, to) in cuts {
+        let keep = |at: usize| !(from..to).contains(&at);
+        let mut tried = places.clone();
+        let mut at = 0..;
+        tried[inner].retain(|_| at.next().is_some_and(keep));
+        if reads(&tried[0], &tried[1]) {
+            let mut points = points;
+            let mut at = 0..;
+            points[inner].retain(|_| at.next().is_some_and(keep));
+            return Some(Upright { points, cut_short: true });
+        }
+    }
+    None
 }
 
 /// Adds a point of the file.

@@ -15,8 +15,10 @@ mod ranks;
 mod runs;
 mod sampling;
 mod scene;
+mod shapes;
 mod signal_use;
 mod signals;
+mod stop_lines;
 mod stretches;
 mod unlinked;
 
@@ -70,6 +72,11 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     let mut drawn = lanes::draw(&mut assembly, &scene, &options.beside);
     let mut whole = Assembled { roads: file.roads.len(), ..Assembled::default() };
     whole.notes = file.oddities.iter().map(|it| note("opendrive-odd", it.line, it.message.clone())).collect();
+    if plane.offset_turned {
+        let message =
+            "the header's offset leads off the part of the earth that the georeference is for: it is subtracted";
+        whole.notes.push(note("opendrive-odd", file.header.line, message.to_owned()).graded(Severity::Warning));
+    }
     if file.header.plane.on_geoid {
         let message = "heights are above the geoid that the georeference names; they stay as they are".to_owned();
         whole.notes.push(note("opendrive-heights", file.header.line, message).graded(Severity::Info));

@@ -8,6 +8,8 @@ use crate::xodr::{Georeference, OpenDrive, Place};
 pub struct Plane {
     /// The projector of the map.
     pub projector: Projector,
+    /// Whether the header's offset was subtracted: added, as the standard says, it leads off the georeference's part of the earth.
+    pub offset_turned: bool,
     /// A turn about the file's origin, radians, ...
     turn: f64,
     /// ... after these metres are added; the third is height.
@@ -38,11 +40,24 @@ impl Plane {
         wanted: Option<&dyn Fn(LonLat) -> Projector>,
     ) -> Self {
         let [x, y, z, turn] = file.header.offset;
-        let mut plane =
-            Self { projector: Projector::Local, turn, offset: [x, y, z], to_map: ToMap::Shift(Vector::zeros()) };
+        let mut plane = Self {
+            projector: Projector::Local,
+            offset_turned: false,
+            turn,
+            offset: [x, y, z],
+            to_map: ToMap::Shift(Vector::zeros()),
+        };
         let origin =
             origin.map(|at| Georeference::TransverseMercator { lat: at.lat, lon: at.lon, scale: 1.0, shift: [0.0; 2] });
         let Some(georeference) = file.header.plane.georeference.or(origin) else { return plane };
+        let at = |plane: &Self| places.first().map_or(Point::origin(), |at| plane.turned(*at));
+        let here = at(&plane);
+        plane.offset = [-x, -y, z];
+        // Some exporters write what they have added to the places.
+        plane.offset_turned = !georeference.has(here) && georeference.has(at(&plane));
+        if !plane.offset_turned {
+            plane.offset = [x, y, z];
+        }
         let turned: Vec<Point> = places.iter().map(|at| plane.turned(*at)).collect();
         let Some((base, shift)) = base(georeference, &turned) else { return plane };
         let corners = corners(&turned);

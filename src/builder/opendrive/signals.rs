@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::network::approach_control::Control;
-use crate::xodr::{Object, Signal, Validity};
+use crate::xodr::{Signal, Validity};
 
 use super::scene::{Drawn, Scene};
-use super::signal_use::{AT_CUT, SignalUse, is_between, is_stop_line, middle, use_of};
+use super::signal_use::{SignalUse, is_between, use_of};
+use super::stop_lines::{StopLine, stop, stop_lines};
 
 /// From a signal to the junction whose lanelets it controls, metres at most.
 const REACH: f64 = 120.0;
@@ -22,6 +23,8 @@ pub struct Placed<'a> {
     pub used: SignalUse,
     /// Lanelets, by index.
     pub lanes: Vec<usize>,
+    /// Those of them that lead through a junction and at whose end it counts.
+    pub at_exit: BTreeSet<usize>,
 }
 
 impl Placed<'_> {
@@ -32,15 +35,6 @@ impl Placed<'_> {
         let between = || is_between(scene.road(lane.stretch()), self.signal.at[0], lane.direction);
         own && self.used == SignalUse::VehicleLight && between()
     }
-}
-
-/// A stop line of the file over one lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaneStop {
-    /// The lanelet.
-    pub lane: usize,
-    /// Where the line crosses it, metres along the road.
-    pub station: f64,
 }
 
 /// An approach of a junction: the last lane before it, and the lanes behind its end for which a signal counts.
@@ -57,10 +51,12 @@ pub struct Approach {
 pub struct Furniture<'a> {
     /// In order of the file.
     pub signals: Vec<Placed<'a>>,
-    /// By lane.
+    /// The stop lines of the file.
+    pub lines: Vec<StopLine>,
+    /// The station of the stop line of each lane, metres.
     pub stops: BTreeMap<usize, f64>,
     /// The lanes that end at a stop line, with more road behind it.
-    at_end: BTreeSet<usize>,
+    pub at_end: BTreeSet<usize>,
     /// What controls each lane: approaches, and lanes of junctions.
     controls: BTreeMap<usize, Control>,
     /// The same lanes where a sign says that they go first.
@@ -105,34 +101,38 @@ pub fn furniture<'a>(scene: &Scene<'a>, drawn: &Drawn) -> Furniture<'a> {
             references.entry(it.id.as_str()).or_default().push((index, it.at[0], &it.validity));
         }
     }
+    all.lines = stop_lines(scene, drawn);
     for (index, road) in scene.file.roads.iter().enumerate() {
         for signal in &road.signals {
-            let mut lanes = spoken_to(scene, drawn, index, signal.at[0], &signal.validity);
-            for (other, station, validity) in references.get(signal.id.as_str()).into_iter().flatten() {
-                lanes.extend(spoken_to(scene, drawn, *other, *station, validity));
+            let used = use_of(signal);
+            let references = references.get(signal.id.as_str()).map_or(&[][..], Vec::as_slice);
+            let referred = |it: &&StopLine| references.iter().any(|(road, station, _)| it.is_at(*road, *station));
+            let at_lines: Vec<&StopLine> = all
+                .lines
+                .iter()
+                .filter(|it| used == SignalUse::VehicleLight && !it.lanes.is_empty())
+                .filter(referred)
+                .collect();
+            // A light that is referred to at a stop line counts there, wherever it stands.
+            let mut lanes: Vec<usize> = at_lines.iter().flat_map(|line| line.lanes.iter().copied()).collect();
+            let at_exit = at_lines.iter().flat_map(|line| line.at_exit(scene, drawn)).collect();
+            if at_lines.is_empty() {
+                lanes = spoken_to(scene, drawn, index, signal.at[0], &signal.validity);
+                for (other, station, validity) in references {
+                    lanes.extend(spoken_to(scene, drawn, *other, *station, validity));
+                }
             }
             lanes.sort_unstable();
             lanes.dedup();
-            all.signals.push(Placed { signal, road: index, used: use_of(signal), lanes });
-        }
-        for object in road.objects.iter().filter(|object| is_stop_line(&object.words())) {
-            for lane in under(scene, drawn, index, object) {
-                let station = middle(road, object);
-                stop(scene, drawn, &mut all, LaneStop { lane, station });
-            }
+            all.signals.push(Placed { signal, road: index, used, lanes, at_exit });
         }
     }
-    let lines: Vec<LaneStop> = all
-        .signals
-        .iter()
-        .filter(|it| it.used == SignalUse::StopLine)
-        .flat_map(|it| {
-            let own = |lane: &&usize| scene.road_of(&drawn.lanes[**lane]) == it.road;
-            it.lanes.iter().filter(own).map(|&lane| LaneStop { lane, station: it.signal.at[0] }).collect::<Vec<_>>()
-        })
-        .collect();
-    for line in lines {
-        stop(scene, drawn, &mut all, line);
+    for at in 0..all.lines.len() {
+        let StopLine { lanes, station, .. } = &all.lines[at];
+        let (lanes, station) = (lanes.clone(), *station);
+        for lane in lanes {
+            stop(scene, drawn, &mut all, lane, station);
+        }
     }
     control_lanes(scene, drawn, &mut all);
     all
@@ -148,7 +148,8 @@ fn control_lanes(scene: &Scene, drawn: &Drawn, all: &mut Furniture) {
             SignalUse::Priority => Control::None,
             _ => continue,
         };
-        let near: Vec<usize> = it.lanes.iter().copied().filter(|&lane| !it.is_between(scene, drawn, lane)).collect();
+        let near = |lane: &usize| !it.is_between(scene, drawn, *lane) && !it.at_exit.contains(lane);
+        let near: Vec<usize> = it.lanes.iter().copied().filter(near).collect();
         for approach in approaches(scene, drawn, &near) {
             // A light on one connecting lane does not rule the others that leave the same lane.
             let lanes = if it.lanes.contains(&approach.lane) { vec![approach.lane] } else { approach.behind };
@@ -169,35 +170,8 @@ fn control_lanes(scene: &Scene, drawn: &Drawn, all: &mut Furniture) {
     }
 }
 
-/// Keeps the stop line of a lane that lies nearest to its end. A line at the begin of a lane is that of those before it.
-fn stop(scene: &Scene, drawn: &Drawn, all: &mut Furniture, line: LaneStop) {
-    let lane = &drawn.lanes[line.lane];
-    let [from, to] = scene.span(lane);
-    let begin = if lane.direction > 0 { from } else { to };
-    let inside = scene.connecting[scene.road_of(lane)];
-    let before = |other: &&usize| scene.road_of(&drawn.lanes[**other]) == scene.road_of(lane);
-    if !inside && (line.station - begin).abs() < AT_CUT && drawn.back[line.lane].iter().any(|other| before(&other)) {
-        for &other in drawn.back[line.lane].iter().filter(before) {
-            let [from, to] = scene.span(&drawn.lanes[other]);
-            all.stops.insert(other, if lane.direction > 0 { to } else { from });
-            all.at_end.insert(other);
-        }
-        return;
-    }
-    let station = line.station.clamp(from, to);
-    let end = if lane.direction > 0 { to } else { from };
-    if (end - station).abs() < AT_CUT && drawn.next[line.lane].iter().any(|other| before(&other)) {
-        all.at_end.insert(line.lane);
-    }
-    let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
-    let known = all.stops.entry(line.lane).or_insert(station);
-    if ahead(station) > ahead(*known) {
-        *known = station;
-    }
-}
-
 /// The lanelets at a station of a road for which something counts.
-fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
+pub fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
     let Some(stretch) = stretch_at(scene, road, station) else { return Vec::new() };
     let here = drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven());
     let named: Vec<(usize, i8)> = here
@@ -217,27 +191,6 @@ pub fn stretch_at(scene: &Scene, road: usize, station: f64) -> Option<usize> {
     let stretches = &scene.cut[road].stretches;
     let at = stretches.iter().rposition(|stretch| stretch.span[0] <= station + 1e-9).unwrap_or(0);
     (!stretches.is_empty()).then_some(scene.first[road] + at)
-}
-
-/// The lanelets over which a line leads; those that it faces, where it says so.
-fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usize> {
-    let road = &scene.file.roads[index];
-    let station = middle(road, object).clamp(0.0, road.length);
-    let lanes = spoken_to(scene, drawn, index, station, &object.validity);
-    let Some(ring) = object.ring(road) else { return lanes };
-    let at = road.plan.at(object.at[0]);
-    let across = ring.iter().map(|[x, y, _]| (y - at.point.y) * at.angle.cos() - (x - at.point.x) * at.angle.sin());
-    let [low, high] = across.fold([f64::MAX, f64::MIN], |[low, high], t| [low.min(t), high.max(t)]);
-    let covers = |lane: &usize| {
-        let Some(piece) = stretch_at(scene, index, station).and_then(|stretch| drawn.lanes[*lane].piece_on(stretch))
-        else {
-            return false;
-        };
-        let section = scene.section(piece.stretch);
-        let sides = super::lane_use::sides(piece.lane).map(|border| section.offset(road, border, station));
-        (low..=high).contains(&f64::midpoint(sides[0], sides[1]))
-    };
-    lanes.into_iter().filter(covers).collect()
 }
 
 /// The approaches of junctions to which lanes lead, with the lanes behind for which a signal on those lanes counts.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section};
+use crate::xodr::{Lane, OpenDrive, Road, RoadMark, Section, Shape};
 
 use super::lane_use::{LaneUse, sides};
 use super::signal_use::{AT_CUT, lights_between, stop_stations};
@@ -22,6 +22,9 @@ const BISECTIONS: usize = 40;
 /// A lane whose width jumps by more than this, metres, or that has no more, is another one behind the jump.
 const SAME_WIDTH: f64 = 0.05;
 
+/// A lanelet turns no farther than this, radians, and is looked at in steps of so many.
+const MOST_TURN: f64 = 3.5;
+const TURN_STEP: f64 = 0.2;
 /// A lane that is nowhere wider than this, metres, is none: exporters leave some beside others. Where a lane opens between two others,
 /// its lanelet begins where it is as wide: from there on their borders are apart.
 const OPEN: f64 = 0.5;
@@ -80,6 +83,9 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
         .flat_map(|pair| openings(road, &sections_between(road, &cut.kept, [pair[0], pair[1]]), [pair[0], pair[1]]))
         .collect();
     stations.extend(opening);
+    if !connecting {
+        stations.extend(half_turns(road));
+    }
     stations.sort_by(f64::total_cmp);
     stations.dedup();
     if !connecting {
@@ -176,6 +182,35 @@ fn openings(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64
         }
     }
     found.retain(|station| *station > from + MICRO && *station < to - MICRO);
+    found
+}
+
+/// The stations at which a road has turned as far as a lanelet may: on a helix or a ring its outline would cross itself.
+fn half_turns(road: &Road) -> Vec<f64> {
+    let mut found = Vec::new();
+    let mut turned = 0.0;
+    let mut last: Option<f64> = None;
+    for record in road.plan.records() {
+        let steps = match record.shape {
+            Shape::Line => 1.0,
+            Shape::Arc(curvature) => (curvature.abs() * record.length / TURN_STEP).ceil(),
+            Shape::Spiral([from, to]) => (from.abs().max(to.abs()) * record.length / TURN_STEP).ceil(),
+            Shape::Poly3(_) | Shape::ParamPoly3 { .. } => 16.0,
+        };
+        let steps = steps.clamp(1.0, 10_000.0);
+        for step in 0..=steps as usize {
+            let station = record.start + record.length * step as f64 / steps;
+            let angle = record.at(station - record.start).angle;
+            if let Some(last) = last {
+                turned += (angle - last).sin().atan2((angle - last).cos());
+            }
+            last = Some(angle);
+            if turned.abs() > MOST_TURN && station > MICRO && station < road.length - MICRO {
+                found.push(station);
+                turned = 0.0;
+            }
+        }
+    }
     found
 }
 

@@ -17,17 +17,20 @@ const NEAR: f64 = 0.5;
 /// Lanes that go on do not turn at their joint: the least cosine of the angle between them.
 const AHEAD: f64 = 0.8;
 
-/// An end that is linked to nothing, as vehicles see it.
-struct OpenEnd {
+/// An end of a lane, as vehicles see it.
+struct Ending {
     end: LaneEnd,
     /// Left and right end of its borders.
     places: [Place; 2],
     /// The direction of travel there.
     heading: Vector,
+    /// Whether the file links it to another.
+    linked: bool,
 }
 
-impl OpenEnd {
-    /// How far two ends lie from each other, metres; `None` if no vehicle goes on from one to the other.
+impl Ending {
+    /// How far two ends lie from each other, metres; `None` if no vehicle goes on from one to the other, or if both are linked already. To
+    /// an end that is linked to another lane, only one at the very place is meant to lead.
     fn distance(&self, other: &Self) -> Option<f64> {
         let off = |[a, b]: [Place; 2]| {
             let [x, y, z] = [0, 1, 2].map(|i| a[i] - b[i]);
@@ -35,7 +38,9 @@ impl OpenEnd {
         };
         let pair = |side: usize| off([self.places[side], other.places[side]]);
         let most = pair(0).max(pair(1));
-        (most <= NEAR && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
+        let reach = if self.linked || other.linked { WELD } else { NEAR };
+        let known = self.linked && other.linked;
+        (!known && most <= reach && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
     }
 
     fn middle(&self) -> Point {
@@ -44,13 +49,13 @@ impl OpenEnd {
     }
 }
 
-/// Contacts of ends that the file links to nothing and that meet: all at one place, else the nearest one. Also gives a note for each two
+/// Contacts of ends that meet, one of which the file links to nothing: all at one place, else the nearest one. Also gives a note for each two
 /// roads.
 pub fn meeting(scene: &Scene, lanes: &[StretchLanes], known: &[Contact]) -> (Vec<Contact>, Vec<Finding>) {
     let linked: BTreeSet<LaneEnd> = known.iter().flat_map(|contact| contact.ends).collect();
-    let [exits, entries] = open_ends(scene, lanes, &linked);
+    let [exits, entries] = endings(scene, lanes, &linked);
     let cell = |at: Point, [dx, dy]: [i64; 2]| [at.x.floor() as i64 + dx, at.y.floor() as i64 + dy];
-    let mut by_cell: BTreeMap<[i64; 2], Vec<&OpenEnd>> = BTreeMap::new();
+    let mut by_cell: BTreeMap<[i64; 2], Vec<&Ending>> = BTreeMap::new();
     for entry in &entries {
         by_cell.entry(cell(entry.middle(), [0, 0])).or_default().push(entry);
     }
@@ -72,22 +77,20 @@ pub fn meeting(scene: &Scene, lanes: &[StretchLanes], known: &[Contact]) -> (Vec
 }
 
 /// The ends at which vehicles leave lanes, and those at which they enter them.
-fn open_ends(scene: &Scene, lanes: &[StretchLanes], linked: &BTreeSet<LaneEnd>) -> [Vec<OpenEnd>; 2] {
+fn endings(scene: &Scene, lanes: &[StretchLanes], linked: &BTreeSet<LaneEnd>) -> [Vec<Ending>; 2] {
     let mut found = [Vec::new(), Vec::new()];
     for (stretch, of_stretch) in lanes.iter().enumerate() {
         let road = scene.road(stretch);
         for (lane, far) in of_stretch.driven.iter().flat_map(|(lane, _)| [(*lane, false), (*lane, true)]) {
             let end = LaneEnd { stretch, far, lane: lane.id };
-            if linked.contains(&end) {
-                continue;
-            }
+            let linked = linked.contains(&end);
             let [high, low] = sides(lane.id).map(|border| scene.border_at(stretch, far, border));
             let angle = road.angle(scene.stretches[stretch].span[usize::from(far)]);
             let along = Vector::new(angle.cos(), angle.sin());
             for &direction in road.directions(lane) {
                 let (places, heading) = if direction > 0 { ([high, low], along) } else { ([low, high], -along) };
                 let leaves = (direction > 0) == far;
-                found[usize::from(!leaves)].push(OpenEnd { end, places, heading });
+                found[usize::from(!leaves)].push(Ending { end, places, heading, linked });
             }
         }
     }
@@ -105,7 +108,8 @@ fn told(scene: &Scene, contacts: &[Contact]) -> Vec<Finding> {
         let where_ = if a == b {
             format!("{} places along road {} lanes meet", contacts.len(), name(*a))
         } else {
-            let ids = format!("lane {} of road {} and lane {} of road {}", first[0].lane, name(*a), first[1].lane, name(*b));
+            let ids =
+                format!("lane {} of road {} and lane {} of road {}", first[0].lane, name(*a), first[1].lane, name(*b));
             let more = if contacts.len() > 1 { format!(" and {} more", contacts.len() - 1) } else { String::new() };
             format!("{ids} meet{more}")
         };
