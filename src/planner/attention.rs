@@ -63,6 +63,11 @@ pub struct AttentionEnd {
 impl RoadNetwork<'_, '_> {
     /// Whom the intersection module watches on a lanelet.
     pub fn attention(&self, at: usize, params: &Params) -> Attention {
+        self.attention_among(at, self.graph.conflicting(at), params)
+    }
+
+    /// The same, where it is known which lanelets conflict with it.
+    pub fn attention_among(&self, at: usize, conflicting: Vec<usize>, params: &Params) -> Attention {
         let mut own: Vec<usize> = Vec::new();
         for before in self.graph.previous(at) {
             own.push(before);
@@ -72,7 +77,7 @@ impl RoadNetwork<'_, '_> {
         own.dedup();
         let yields = self.yields(at);
         let light = self.light(at).filter(|_| self.turn(at) == Some(TurnDirection::Straight));
-        let conflicting = self.graph.conflicting(at).into_iter().filter(|other| own.binary_search(other).is_err());
+        let conflicting = conflicting.into_iter().filter(|other| own.binary_search(other).is_err());
         let mut found = Attention { conflicting: conflicting.collect(), own, ..Attention::default() };
         for &lanelet in &found.conflicting {
             let reason = light.map(|light| Reason::StraightWithLight(light.id)).or(yields.get(&lanelet).copied());
@@ -140,7 +145,22 @@ impl RoadNetwork<'_, '_> {
         Reach { before: left.into_keys().filter(|&at| at != watched).collect(), ends }
     }
 
-    /// Whether a lanelet is listed by the ids of what it ignores; for messages.
+    /// The lanelets that begin less than a length (m) behind the begin of one, itself included, each with the metres between.
+    pub fn downstream(&self, begin: usize, length: f64) -> BTreeMap<usize, f64> {
+        let mut found: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut open = vec![(begin, 0.0)];
+        while let Some((at, after)) = open.pop() {
+            if after >= length || found.get(&at).is_some_and(|&known| known <= after) {
+                continue;
+            }
+            found.insert(at, after);
+            let after = after + self.length(at);
+            open.extend(self.graph.following(at).into_iter().map(|next| (next, after)));
+        }
+        found
+    }
+
+    /// The ids of lanelets.
     pub fn ids(&self, lanelets: &[usize]) -> Vec<LaneletId> {
         lanelets.iter().map(|&at| self.id(at)).collect()
     }

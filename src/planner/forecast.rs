@@ -6,7 +6,7 @@ use super::attention::{Attention, AttentionEnd, Reason};
 use super::crosswalks::{self, CrosswalkStop};
 use super::lines::{self, Lines, ReachesIn};
 use super::params::Params;
-use super::path::Path;
+use super::path::{AROUND, Path};
 use super::road_network::RoadNetwork;
 use super::sides::{self, BlindSpot, Blinker, PrivateRoad, SignLine, TrafficLight};
 use crate::lanelet::participants::speed_limit;
@@ -33,6 +33,22 @@ pub enum Outcome {
     StopsTooLate,
     /// It watches, and stops if somebody comes.
     Watches,
+}
+
+impl Outcome {
+    /// What follows for a lanelet with `turn_direction`.
+    fn of(attention: &Attention, first_watched: Option<usize>, lines: &Lines) -> Self {
+        if attention.conflicting.is_empty() {
+            return Self::NoConflict;
+        }
+        match (attention.watched.is_empty(), first_watched, lines.default_stop) {
+            (true, ..) => Self::WatchesNobody,
+            (_, None, _) => Self::NeverMeets,
+            (.., None) => Self::NoApproach,
+            (.., Some(stop)) if stop.reaches_in == ReachesIn::Yes => Self::StopsTooLate,
+            _ => Self::Watches,
+        }
+    }
 }
 
 /// Who of two conflicting lanelets waits, as far as their elements say.
@@ -104,26 +120,43 @@ pub struct Forecast {
     pub blind_spot: Option<BlindSpot>,
 }
 
+/// Where the vehicle stops on one lanelet: what a forecast tells of it, and no more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stopping {
+    /// What the intersection module does.
+    pub outcome: Outcome,
+    /// The lanelet that is met first of those that are watched, by its position.
+    pub first_watched: Option<usize>,
+    /// Its lines, without those that lie farther back than the vehicle is long, and without the stuck area.
+    pub lines: Lines,
+}
+
 impl RoadNetwork<'_, '_> {
+    /// Where the vehicle stops on a lanelet with `turn_direction`; a small part of the work of [`Self::forecast`].
+    pub fn stopping(&self, at: usize, attention: &Attention, params: &Params) -> Option<Stopping> {
+        let path = Path::over(self, at, &[], [params.stopping_reach(), 0.0], params)?;
+        let speed = self.speed(at) / 3.6;
+        let (lines, first_watched) = lines::for_traffic(self, &path, &attention.watched, speed, params);
+        Some(Stopping { outcome: Outcome::of(attention, first_watched, &lines), first_watched, lines })
+    }
+
+    /// Speed limit that counts on a lanelet, km/h.
+    fn speed(&self, at: usize) -> f64 {
+        let tags = &self.seen(at).lanelet.attributes;
+        speed_limit(tags, "vehicle").filter(|speed| *speed > 0.0).unwrap_or(USUAL_SPEED)
+    }
+
     /// What the planner will do on a lanelet, on a route if one is given; `None` where the lanelet has no middle to drive along.
     pub fn forecast(&self, at: usize, route: &[usize], params: &Params) -> Option<Forecast> {
-        let path = Path::over(self, at, route, params)?;
-        let tags = &self.seen(at).lanelet.attributes;
-        let speed = speed_limit(tags, "vehicle").filter(|speed| *speed > 0.0).unwrap_or(USUAL_SPEED);
+        let path = Path::over(self, at, route, AROUND, params)?;
+        let speed = self.speed(at);
         let metres_per_second = speed / 3.6;
         let turn = self.turn(at);
         let attention = turn.map(|_| self.attention(at, params)).unwrap_or_default();
         let found = lines::find(self, &path, &attention.watched, &attention.conflicting, metres_per_second, params);
-        let outcome = match (turn, found.first_watched) {
-            (None, _) => Outcome::NotInIntersection,
-            _ if attention.conflicting.is_empty() => Outcome::NoConflict,
-            _ if attention.watched.is_empty() => Outcome::WatchesNobody,
-            (_, None) => Outcome::NeverMeets,
-            _ => match found.lines.default_stop {
-                None => Outcome::NoApproach,
-                Some(stop) if stop.reaches_in == ReachesIn::Yes => Outcome::StopsTooLate,
-                Some(_) => Outcome::Watches,
-            },
+        let outcome = match turn {
+            None => Outcome::NotInIntersection,
+            Some(_) => Outcome::of(&attention, found.first_watched, &found.lines),
         };
         let reasons = attention.ignored.iter();
         Some(Forecast {

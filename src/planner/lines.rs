@@ -101,6 +101,23 @@ pub(super) fn braking(speed: f64, params: &Params) -> f64 {
     (speed * time + jerk * time.powi(3) / 6.0 - after * after / (2.0 * accel)).max(0.0)
 }
 
+/// The lines for traffic alone, and the first watched lanelet that the path meets, by its position. `speed` is in m/s.
+pub(super) fn for_traffic(
+    network: &RoadNetwork<'_, '_>,
+    path: &Path,
+    watched: &[usize],
+    speed: f64,
+    params: &Params,
+) -> (Lines, Option<usize>) {
+    let attention: Vec<Vec<Point>> = watched.iter().map(|&at| network.seen(at).outline.clone()).collect();
+    let first = path.first_touched(&attention, params).map(|(_, i)| i);
+    let mut lines = Lines { braking: braking(speed, params), ..Lines::default() };
+    if let Some(i) = first {
+        attention_lines(network, path, &attention[i], &mut lines, params);
+    }
+    (lines, first.map(|i| watched[i]))
+}
+
 /// Finds the lines on a path. `speed` is in m/s.
 pub(super) fn find(
     network: &RoadNetwork<'_, '_>,
@@ -110,24 +127,14 @@ pub(super) fn find(
     speed: f64,
     params: &Params,
 ) -> Found {
-    let rings = |lanelets: &[usize]| lanelets.iter().map(|&at| network.seen(at).outline.clone()).collect::<Vec<_>>();
-    let (attention, all) = (rings(watched), rings(conflicting));
-    let first_watched = path.first_touched(&attention, params).map(|(_, i)| i);
+    let (mut lines, first_watched) = for_traffic(network, path, watched, speed, params);
+    let all: Vec<Vec<Point>> = conflicting.iter().map(|&at| network.seen(at).outline.clone()).collect();
     let first_conflicting = path.first_touched(&all, params).map(|(_, i)| i);
-    let mut lines = Lines { braking: braking(speed, params), ..Lines::default() };
-    if let Some(ring) = first_watched.map(|i| &attention[i]) {
-        attention_lines(network, path, ring, &mut lines, params);
-    }
     if let Some(i) = first_conflicting {
-        let rings = if first_watched.is_some() { &attention } else { &all };
-        let first = first_watched.unwrap_or(i);
-        lines.stuck = stuck(network, path, rings, first, (conflicting[i], &all[i]), params);
+        let first = first_watched.map_or(&all[i], |at| &network.seen(at).outline);
+        lines.stuck = stuck(network, path, first, (conflicting[i], &all[i]), params);
     }
-    Found {
-        lines,
-        first_watched: first_watched.map(|i| watched[i]),
-        first_conflicting: first_conflicting.map(|i| conflicting[i]),
-    }
+    Found { lines, first_watched, first_conflicting: first_conflicting.map(|i| conflicting[i]) }
 }
 
 /// The lines that depend on the first watched lane.
@@ -185,8 +192,7 @@ pub(super) fn ends(network: &RoadNetwork<'_, '_>, line: &LineString) -> Option<[
 fn stuck(
     network: &RoadNetwork<'_, '_>,
     path: &Path,
-    rings: &[Vec<Point>],
-    first: usize,
+    first: &[Point],
     (conflicting, conflicting_ring): (usize, &[Point]),
     params: &Params,
 ) -> Option<StuckArea> {
@@ -201,10 +207,10 @@ fn stuck(
     }
     let [start, end] = path.interval;
     let inside = |at: usize, ring: &[Point]| contains(ring, path.places[at]);
-    if inside(start, &rings[first]) {
+    if inside(start, first) {
         return None;
     }
-    let from = (start..=end).find(|&at| inside(at, &rings[first]))?;
+    let from = (start..=end).find(|&at| inside(at, first))?;
     let next = params.stuck_vehicle_detect_dist.min((path.places.len() - 1 - end) as f64 * path.step);
     let outline = path.band([from, end + (next / path.step) as usize], params);
     let stop = if params.use_stuck_stopline {

@@ -12,12 +12,14 @@ mod params;
 mod path;
 mod road_network;
 mod sides;
+mod strip;
 
 pub use attention::{Attention, AttentionEnd, Ignored, Reach, Reason};
 pub use crosswalks::{CrosswalkStop, StopAt};
-pub use forecast::{Forecast, Outcome, Priority, Watched};
+pub use forecast::{Forecast, Outcome, Priority, Stopping, Watched};
 pub use lines::{DefaultStop, EDGE, Lines, ReachesIn, StopSource, StuckArea};
 pub use params::{Params, ParamsError};
 pub use path::Front;
 pub use road_network::{NoRoute, RoadNetwork};
 pub use sides::{BlindSpot, Blinker, PrivateRoad, SignLine, TrafficLight};
+pub use strip::Strip;

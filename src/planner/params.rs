@@ -215,6 +215,11 @@ impl Params {
         self.wheel_base + self.front_overhang
     }
 
+    /// How far (m) before a lanelet a vehicle can stand that stops for what begins with it.
+    pub fn stopping_reach(&self) -> f64 {
+        2.0 * (self.front() + self.rear_overhang) + self.default_stopline_margin
+    }
+
     /// Half the width of the vehicle, metres.
     pub fn half_width(&self) -> f64 {
         (self.wheel_tread + self.left_overhang + self.right_overhang) / 2.0

@@ -10,10 +10,10 @@ use crate::geometry::{Point, Polyline, Vector, left_of, segment_crossing};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::view::boxes_meet;
 
-/// Metres of path before a lanelet that are looked at.
-const BEFORE: f64 = 120.0;
-/// Metres of path behind a lanelet that are looked at.
-const AFTER: f64 = 40.0;
+/// Metres of path before and behind a lanelet that are looked at.
+pub(super) const AROUND: [f64; 2] = [120.0, 40.0];
+/// Metres between the places at which a touch is looked for at first.
+const STRIDE: f64 = 0.5;
 /// Half the length over which the heading of the path is taken, metres.
 const HEADING_REACH: f64 = 0.25;
 
@@ -52,9 +52,16 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The path over a lanelet: along a route where one is given, else along the lanelets that are most likely before and behind.
-    pub fn over(network: &RoadNetwork<'_, '_>, at: usize, route: &[usize], params: &Params) -> Option<Self> {
-        let [before, after] = around(network, at, route);
+    /// The path over a lanelet: along a route where one is given, else along the lanelets that are most likely before and behind, as
+    /// far as these lengths (m) or a little more.
+    pub fn over(
+        network: &RoadNetwork<'_, '_>,
+        at: usize,
+        route: &[usize],
+        lengths: [f64; 2],
+        params: &Params,
+    ) -> Option<Self> {
+        let [before, after] = around(network, at, route, lengths);
         let mut lanelets = before;
         let about = lanelets.len();
         lanelets.push(at);
@@ -147,13 +154,16 @@ impl Path {
     pub fn first_touched(&self, rings: &[Vec<Point>], params: &Params) -> Option<(usize, usize)> {
         let boxes: Vec<_> = rings.iter().map(|ring| extent(ring)).collect();
         let polygons: Vec<_> = rings.iter().map(|ring| to_geo(ring)).collect();
-        self.search(params).find_map(|at| {
+        let touched = |at: usize| {
             let footprint = self.footprint(at, params);
             let reach = extent(&footprint);
-            let touched =
-                (0..rings.len()).find(|&i| boxes_meet(reach, boxes[i]) && to_geo(&footprint).intersects(&polygons[i]));
-            touched.map(|i| (at, i))
-        })
+            (0..rings.len()).find(|&i| boxes_meet(reach, boxes[i]) && to_geo(&footprint).intersects(&polygons[i]))
+        };
+        // A vehicle is longer than a stride, so that it passes over nothing between two of them.
+        let (first, last) = self.search(params).into_inner();
+        let stride = self.steps(STRIDE).max(1);
+        let near = (first..last).step_by(stride).chain([last]).find(|&at| touched(at).is_some())?;
+        (near.saturating_sub(stride).max(first)..=near).find_map(|at| Some((at, touched(at)?)))
     }
 
     /// The last place before the bumper touches a ring; `None` if it never does, or does at once.
@@ -197,7 +207,7 @@ fn length(points: &[Point]) -> f64 {
 }
 
 /// The lanelets before and behind one.
-fn around(network: &RoadNetwork<'_, '_>, at: usize, route: &[usize]) -> [Vec<usize>; 2] {
+fn around(network: &RoadNetwork<'_, '_>, at: usize, route: &[usize], lengths: [f64; 2]) -> [Vec<usize>; 2] {
     let on_route = route.iter().position(|&one| one == at);
     let [given_before, given_after] = on_route.map_or([&[][..]; 2], |i| [&route[..i], &route[i + 1..]]);
     let chain = |given: &mut dyn Iterator<Item = usize>, next: &dyn Fn(usize) -> Option<usize>, most: f64| {
@@ -213,8 +223,8 @@ fn around(network: &RoadNetwork<'_, '_>, at: usize, route: &[usize]) -> [Vec<usi
         }
         found
     };
-    let mut before = chain(&mut given_before.iter().rev().copied(), &|at| network.likely_previous(at), BEFORE);
+    let mut before = chain(&mut given_before.iter().rev().copied(), &|at| network.likely_previous(at), lengths[0]);
     before.reverse();
-    let after = chain(&mut given_after.iter().copied(), &|at| network.likely_following(at), AFTER);
+    let after = chain(&mut given_after.iter().copied(), &|at| network.likely_following(at), lengths[1]);
     [before, after]
 }

@@ -21,6 +21,7 @@ mod lane_kinds;
 mod lanelet_pieces;
 mod load;
 mod lost_members;
+mod map_border;
 mod merged_borders;
 mod merged_lanelets;
 mod near_nodes;
@@ -36,6 +37,7 @@ mod element_size;
 mod opposing_overlap;
 mod phase;
 mod pictures;
+mod planner;
 mod projector;
 mod redrawn_area;
 mod right_of_way;
@@ -166,6 +168,7 @@ table! {
     "signal" => signal,
     "landmark" => landmark,
     "health" => health,
+    "planner" => planner,
     "vm-01-01" => vm_01_01,
     "vm-01-02" => vm_01_02,
     "vm-01-03" => vm_01_03,

@@ -15,6 +15,7 @@ pictures! {
     "side": "good", "bad-inconsistent";
     "phase": "good", "bad-arrow";
     "health": "good", "bad-head-on", "bad-gap";
+    "planner": "good", "bad-stops-too-late", "bad-never-meets-turn";
     "vm-01-01": "good", "bad-location";
     "vm-01-02": "good", "bad-lane-change-missing";
     "vm-01-03": "good", "bad-partly-shared";

@@ -68,6 +68,16 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "follows from lanes that overlap otherwise, or from what the user says of lights, or of a whole map",
+        &[
+            "planner/stops-too-late",
+            "planner/never-meets",
+            "planner/nobody-waits",
+            "planner/both-wait",
+            "planner/attention-cut",
+        ],
+    ),
+    (
         "no sample map has virtual traffic lights",
         &[
             "vm-03-16/types",

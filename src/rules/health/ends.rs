@@ -1,8 +1,9 @@
 //! Lanes inside the map that lead nowhere, or into which nothing leads.
 
 use crate::diagnostic::{Finding, Place, Severity};
-use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
+use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::{Edge, MapIndex};
+use crate::rules::map_border::border;
 use crate::rules::routing_moves::RoutingMoves;
 
 use super::links::Links;
@@ -49,13 +50,6 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
 fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: &Edge, known: bool) -> Finding {
     let finding = Finding::new(fault, subject(map, at), message).at(Place::Line(edge.points.to_vec()));
     if known { finding.graded(Severity::Info) } else { finding }
-}
-
-/// The outline of all lanes for vehicles.
-fn border(map: &MapIndex) -> Option<Polyline> {
-    let lanes = map.lanes.iter().filter(|lane| lane.vehicle);
-    let hull = polygon::convex_hull(lanes.flat_map(|lane| lane.outline.iter().copied()));
-    Polyline::new(hull.iter().chain(hull.first()).copied())
 }
 
 /// Half the angle (deg) of what lies ahead.
