@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{TOOL, Unproject, VERSION};
@@ -15,12 +16,16 @@ use crate::planner::{Forecast, Front, Outcome, Params, Priority, ReachesIn, Reas
 /// If a number cannot be written, which no map causes.
 pub fn json(forecasts: &[Forecast], params: &Params, unproject: Unproject<'_>) -> Result<Value, serde_json::Error> {
     let mut lanelets = serde_json::to_value(forecasts)?;
+    for (at, forecast) in forecasts.iter().enumerate() {
+        lanelets[at]["marks"] = serde_json::to_value(marks(forecast))?;
+    }
     place(&mut lanelets, unproject);
     let parameters: serde_json::Map<String, Value> =
         params.table().into_iter().map(|(name, value)| (name.to_owned(), number(&value))).collect();
     let mut all = json!({ "tool": TOOL, "version": VERSION, "parameters": parameters, "lanelets": lanelets });
     for (at, forecast) in forecasts.iter().enumerate() {
         all["lanelets"][at]["sentence"] = sentence(forecast).into();
+        all["lanelets"][at]["places"] = json!(places(forecast));
     }
     Ok(all)
 }
@@ -156,9 +161,7 @@ fn details(out: &mut String, forecast: &Forecast) {
         out,
         "\nPlaces of the front of the vehicle, metres from the begin of the lanelet; negative: before it"
     );
-    let mut places = places(forecast);
-    places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (at, what) in places {
+    for (at, what) in places(forecast) {
         let _ = writeln!(out, "  {at:>8.1}  {what}");
     }
     if let Some(area) = &forecast.lines.stuck {
@@ -207,7 +210,53 @@ fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-/// The places along the path, each with what it is.
+/// A line across the path, as pictures show it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Mark<'a> {
+    /// Where the front of the vehicle is there.
+    #[serde(flatten)]
+    pub front: &'a Front,
+    /// What it is, in few words.
+    pub what: String,
+    /// In which hue it is drawn.
+    pub hue: Hue,
+}
+
+/// The hue of a mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hue {
+    /// Where the vehicle stops.
+    White,
+    /// From where it watches.
+    Red,
+    /// All else.
+    Amber,
+}
+
+/// The lines of a forecast in the order in which they are drawn.
+pub fn marks<'a>(forecast: &'a Forecast) -> Vec<Mark<'a>> {
+    let mut marks: Vec<Mark<'a>> = Vec::new();
+    let mut add = |front: Option<&'a Front>, hue: Hue, what: &str| {
+        marks.extend(front.map(|front| Mark { front, what: what.to_owned(), hue }));
+    };
+    let lines = &forecast.lines;
+    add(lines.pass_judge.as_ref(), Hue::Amber, "pass judge");
+    add(forecast.blinker.as_ref().and_then(|one| one.start.as_ref()), Hue::Amber, "blinker");
+    add(lines.stuck.as_ref().and_then(|area| area.stop.as_ref()), Hue::Amber, "stop if blocked");
+    add(lines.first_attention.as_ref(), Hue::Red, "first attention");
+    add(lines.peeking.as_ref(), Hue::Red, "peeking");
+    add(lines.default_stop.as_ref().map(|stop| &stop.front), Hue::White, "stop for traffic");
+    add(forecast.light.as_ref().and_then(|light| light.stop.as_ref()), Hue::White, "stop at red");
+    forecast.signs.iter().for_each(|sign| add(Some(&sign.stop), Hue::White, "stop sign"));
+    add(forecast.private.as_ref().and_then(|one| one.stop.as_ref()), Hue::White, "leaves private");
+    for one in &forecast.crosswalks {
+        add(one.stop.front.as_ref(), Hue::White, &format!("crosswalk {}", one.crosswalk));
+    }
+    marks
+}
+
+/// The places along the path, in order, each with what it is.
 pub fn places(forecast: &Forecast) -> Vec<(f64, String)> {
     let station = |front: &Front| front.from_start;
     let mut found: Vec<(f64, String)> = vec![(0.0, "begin of the lanelet".to_owned())];
@@ -248,5 +297,6 @@ pub fn places(forecast: &Forecast) -> Vec<(f64, String)> {
         let tag = if blinker.tagged { "turn_signal_distance" } else { "the default at the speed limit" };
         (-blinker.before, format!("blinker {}: {tag}", blinker.side))
     }));
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found
 }

@@ -2,12 +2,12 @@
 
 use std::fs;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::driver::Browser;
 use super::reports::EVIL;
 use super::{DESKTOP, at_peace, data};
-use crate::common::program::Server;
+use crate::common::program::{Server, lanewright};
 use crate::common::root;
 
 /// A bad map of the rules' own; its area lacks a node, which a fix puts in.
@@ -84,4 +84,44 @@ fn a_phone_shows_a_served_page() {
     browser.picture("view-phone.png");
     assert_eq!(browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));
     at_peace(&browser);
+}
+
+/// A lanelet of an intersection is chosen: the page shows what `planner` tells of it.
+fn the_planner_layer_of(size: (u32, u32), picture: &str) {
+    let Some(browser) = Browser::start(size.0, size.1) else { return };
+    let map = root().join("tests/rules/vm-03-10/good.osm");
+    let server = Server::start(&root(), &[map.to_str().unwrap()]);
+    browser.visit(&server.url);
+    browser.wait("document.documentElement.dataset.ready");
+    browser.run("location.hash = '#id=213'");
+    browser.wait("document.getElementById('map').dataset.plan");
+    let json = lanewright(&root(), &["planner", map.to_str().unwrap(), "--lanelet", "213", "--format", "json"]);
+    let json: Value = serde_json::from_str(&json.exits(0).stdout).unwrap();
+    let told = &json["lanelets"][0];
+    let count = |key: &str| told[key].as_array().unwrap().len();
+    assert_eq!(data(&browser, "map", "plan"), format!("{} {} {}", count("watched"), count("ignored"), count("marks")));
+    let says = browser.value("document.querySelector('.card .plan').textContent");
+    let says = says.as_str().unwrap();
+    assert!(says.contains(told["sentence"].as_str().unwrap()) && says.contains("first attention line"), "{says}");
+    browser.wait("document.getElementById('map').dataset.painted");
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    browser.picture(picture);
+    assert_eq!(browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));
+    browser.press("w");
+    browser.wait("document.getElementById('map').dataset.plan === ''");
+    browser.press("w");
+    // A lane of no intersection has no such layer.
+    browser.run("location.hash = '#id=201'");
+    browser.wait("document.getElementById('map').dataset.plan === '' && !document.querySelector('.card .plan')");
+    at_peace(&browser);
+}
+
+#[test]
+fn a_chosen_lanelet_shows_what_the_planner_will_do() {
+    the_planner_layer_of(DESKTOP, "view-planner.png");
+}
+
+#[test]
+fn a_phone_shows_what_the_planner_will_do() {
+    the_planner_layer_of(super::PHONE, "view-planner-phone.png");
 }

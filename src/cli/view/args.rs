@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::cli::args::{SideArg, place};
 use crate::cli::check_args::ConfigArgs;
+use crate::cli::planner::ParameterArgs;
 use clap::Args;
 
 /// Show the report of a map in a browser, fresh whenever the map's files change, with what fixes would change
@@ -39,6 +40,8 @@ pub struct ViewArgs {
     /// Show fixes that need a look afterwards, too
     #[arg(long, conflicts_with_all = ["build", "review"])]
     pub r#unsafe: bool,
+    #[command(flatten)]
+    pub parameters: ParameterArgs,
     #[command(flatten)]
     pub config: ConfigArgs,
 }

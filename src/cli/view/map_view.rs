@@ -1,40 +1,67 @@
 //! The report of a map, made anew whenever its files change; then what fixes would change.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use crate::cli::watch::Watched;
 use crate::cli::{outcome, report_page};
 use crate::lanelet::from_osm;
-use crate::report::TextStyle;
+use crate::planner::Params;
 use crate::report::failure::Failure;
 use crate::report::html::{FixPreview, Page, Served, fix_previews, parcel, served};
+use crate::report::{TextStyle, planner};
 
 use super::args::ViewArgs;
-use super::server::Handler;
+use super::server::{Answer, Handler};
 use super::subscriptions::Subscriptions;
-use crate::api::{CheckOptions, Checked, Loaded, check, mended, requirements};
+use crate::api::{Along, CheckOptions, Checked, Loaded, check, forecasts, mended, requirements};
 
-/// The page of a map's report.
+/// The page of a map's report, and the map that it shows.
 pub struct Reports {
     page: String,
+    params: Params,
+    shown: Arc<Mutex<Arc<Judged>>>,
 }
 
 impl Handler for Reports {
     fn page(&self) -> String {
         self.page.clone()
     }
+
+    fn post(&self, path: &str, question: &str) -> Option<Result<Answer, String>> {
+        (path == "/planner").then(|| {
+            let id = question.parse().map_err(|_| format!("`{question}` is no id of a lanelet"))?;
+            let shown = Arc::clone(&lock(&self.shown));
+            let bytes = planned(&shown.0.loaded, id, &self.params).map_err(|failure| failure.to_string())?;
+            Ok(Answer { bytes, name: None })
+        })
+    }
+}
+
+/// Whoever panicked while it held the map has left it whole.
+fn lock(shown: &Mutex<Arc<Judged>>) -> MutexGuard<'_, Arc<Judged>> {
+    shown.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What the planner will do on a lanelet, as `planner --format json` tells it.
+fn planned(loaded: &Loaded, lanelet: i64, params: &Params) -> Result<Vec<u8>, Failure> {
+    let found = forecasts(loaded, &Along::Lanelets(vec![lanelet]), params)?;
+    let told = planner::json(&found, params, &|_| None).and_then(|json| serde_json::to_vec(&json));
+    told.map_err(|error| Failure::new(error.to_string()))
 }
 
 impl Reports {
     /// Reads and checks the map, and goes on whenever a file changes.
     pub fn start(args: ViewArgs, watched: Watched, subscriptions: Arc<Subscriptions>) -> Result<Self, Failure> {
         let mut stamps = watched.stamps();
-        let first = Judged::read(&args)?;
+        let params = args.parameters.read()?;
+        let first = Arc::new(Judged::read(&args)?);
+        let shown = Arc::new(Mutex::new(Arc::clone(&first)));
+        let latest = Arc::clone(&shown);
         let page = served(&report_page::title(&args.map), &requirements()?);
         subscriptions.show(first.parcel(&args, &[])?);
         thread::spawn(move || {
-            let mut checked: Result<Judged, Failure> = Ok(first);
+            let mut checked: Result<Arc<Judged>, Failure> = Ok(first);
             loop {
                 let told = checked.and_then(|checked| {
                     outcome::of(|| {
@@ -51,13 +78,15 @@ impl Reports {
                 watched.wait(stamps);
                 stamps = watched.stamps();
                 checked = outcome::of(|| {
-                    let checked = Judged::read(&args)?;
-                    subscriptions.show(checked.parcel(&args, &[])?);
+                    let checked = Arc::new(Judged::read(&args)?);
+                    let parcel = checked.parcel(&args, &[])?;
+                    *lock(&latest) = Arc::clone(&checked);
+                    subscriptions.show(parcel);
                     Ok(checked)
                 });
             }
         });
-        Ok(Self { page })
+        Ok(Self { page, params, shown })
     }
 }
 

@@ -6,6 +6,7 @@ use crate::geometry::{Point, Vector};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::{LaneletId, LaneletMap};
 use crate::planner::{Forecast, Front};
+use crate::report::planner::{Hue, Mark, marks};
 
 /// Height of letters in pixels.
 const LETTER: f64 = 8.0;
@@ -63,34 +64,19 @@ fn lanes(canvas: &mut Canvas, map: &LaneletMap, forecast: &Forecast) {
 }
 
 fn lines(canvas: &mut Canvas, forecast: &Forecast) {
-    let lines = &forecast.lines;
-    let mut marks: Vec<(&Front, &str, String)> = Vec::new();
-    marks.extend(lines.pass_judge.iter().map(|front| (front, "plan-amber", "pass judge".to_owned())));
-    marks.extend(
-        forecast.blinker.iter().filter_map(|one| Some((one.start.as_ref()?, "plan-amber", "blinker".to_owned()))),
-    );
-    let stuck = lines.stuck.iter().filter_map(|area| area.stop.as_ref());
-    marks.extend(stuck.map(|front| (front, "plan-amber", "stop if blocked".to_owned())));
-    marks.extend(lines.first_attention.iter().map(|front| (front, "plan-red", "first attention".to_owned())));
-    marks.extend(lines.peeking.iter().map(|front| (front, "plan-red", "peeking".to_owned())));
-    marks.extend(lines.default_stop.iter().map(|stop| (&stop.front, "plan-mark", "stop for traffic".to_owned())));
-    let light = forecast.light.iter().filter_map(|light| light.stop.as_ref());
-    marks.extend(light.map(|front| (front, "plan-mark", "stop at red".to_owned())));
-    marks.extend(forecast.signs.iter().map(|sign| (&sign.stop, "plan-mark", "stop sign".to_owned())));
-    let private = forecast.private.iter().filter_map(|one| one.stop.as_ref());
-    marks.extend(private.map(|front| (front, "plan-mark", "leaves private".to_owned())));
-    let crosswalks = forecast.crosswalks.iter();
-    marks.extend(
-        crosswalks
-            .filter_map(|one| Some((one.stop.front.as_ref()?, "plan-mark", format!("crosswalk {}", one.crosswalk)))),
-    );
-    for (front, class, what) in &marks {
+    let marks = marks(forecast);
+    for Mark { front, what, hue } in &marks {
+        let class = match hue {
+            Hue::White => "plan-mark",
+            Hue::Red => "plan-red",
+            Hue::Amber => "plan-amber",
+        };
         let [left, right] = wide(front);
         canvas.line("plan-line", &[left, right], what);
         canvas.line(class, &[left, right], what);
     }
     let mut taken: Vec<[Point; 2]> = Vec::new();
-    for (front, _, what) in &marks {
+    for Mark { front, what, .. } in &marks {
         let [left, _] = wide(front);
         let half = Vector::new(lettering::width(what, LETTER) / 2.0 + 3.0, LETTER / 2.0 + 2.0);
         let at = canvas.view.pixel(left);

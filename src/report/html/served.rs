@@ -25,7 +25,7 @@ pub struct Served<'a> {
 }
 
 /// What a served page has more.
-const MAP_SCRIPTS: [&str; 2] = [include_str!("live.js"), include_str!("fix_preview.js")];
+const MAP_SCRIPTS: [&str; 3] = [include_str!("live.js"), include_str!("fix_preview.js"), include_str!("planner.js")];
 /// What the page of a map in the making has more.
 const BUILD_SCRIPTS: [&str; 4] =
     [include_str!("live.js"), include_str!("stages.js"), include_str!("editing.js"), include_str!("panel.js")];
