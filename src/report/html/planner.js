@@ -108,11 +108,11 @@ function drawPlanMarks({ pen, colours }) {
 function planCard() {
   const told = plan.id === plannedId() ? plan.told : null;
   if (!told) return [];
-  const lane = (one) => [swatch(one.because ? PLAN.ignored : PLAN.watched), part(one.turn ?? 'lane'), reference(['lanelet', String(one.lanelet)]),
-    one.element ? reference(['rule', String(one.element)]) : null].filter(Boolean);
+  const lane = (one) => [[swatch(one.because ? PLAN.ignored : PLAN.watched), part(one.turn ?? 'lane'), reference(['lanelet', String(one.lanelet)])],
+    ...(one.element ? [[part('because of'), reference(['rule', String(one.element)])]] : [])];
   const show = make('button', { type: 'button', class: 'link', title: 'On the map (w)', onclick: togglePlan }, plan.shown ? 'hide' : 'show');
   return [make('div', { class: 'plan' },
     make('section', {}, make('h3', {}, 'The planner here ', show), make('p', {}, told.sentence)),
-    ...[section('Watched', told.watched.map(lane)), section('Ignored, and why', told.ignored.map(lane)),
+    ...[section('Watched', told.watched.flatMap(lane)), section('Ignored, and why', told.ignored.flatMap(lane)),
       section('Front of the vehicle, from the begin', told.places.map(([at, what]) => [part(`${at.toFixed(1)} m`), make('span', {}, what)]))].filter(Boolean))];
 }
