@@ -30,6 +30,8 @@ pub enum Georeference {
 pub struct Plane {
     /// Its plane, if it is known.
     pub georeference: Option<Georeference>,
+    /// Latitude and longitude beside a zone of UTM, degrees: they mean nothing there, unless a tool has taken them for its origin.
+    pub beside_zone: Option<[f64; 2]>,
     /// Whether heights are above a geoid.
     pub on_geoid: bool,
     /// What was guessed, or why the words are of no use, one sentence.
@@ -93,6 +95,7 @@ pub fn georeference(words: &str) -> Plane {
             }
             let utm = |zone| utm(zone, has("+south"));
             plane.georeference = zone.or(guessed).map(utm);
+            plane.beside_zone = zone.and(number("lat_0").zip(number("lon_0"))).map(|(lat, lon)| [lat, lon]);
         }
         None if number("lat_0").is_some() => {
             plane.georeference = mercator();

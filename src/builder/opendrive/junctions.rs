@@ -277,13 +277,18 @@ impl<'a> Site<'a> {
         self.crossing_neighbours(junction, &found, made);
         let key = Key::new("opendrive").word("intersection area").word(&junction.id);
         let mut bounds = SharedBounds::default();
-        for line in self.paths.iter().flat_map(|path| path.bounds) {
+        // Lanes that lead nowhere lie in the area, too.
+        let nowhere = Movement { from: 0, to: 0, in_lane: 0, out_lane: 0 };
+        let strays = self.strays.iter().filter_map(|&stray| self.path(assembly, &[], stray, nowhere, side));
+        let covered: Vec<TurningLanelet> = self.paths.iter().cloned().chain(strays).collect();
+        let covered_indices = strip_indices(&covered);
+        for line in covered.iter().flat_map(|path| path.bounds) {
             bounds.adopt(assembly, line);
         }
         let arms: Vec<&Arm> = self.arms.iter().collect();
         let ground = assembly.ground_between(arms.iter().flat_map(|arm| arm.cut.iter().copied()));
         assembly.set_ground(ground);
-        let outline = area_outline(assembly, key, lanes, &arms, &bounds, (&self.paths, &indices), &[]);
+        let outline = area_outline(assembly, key, lanes, &arms, &bounds, (&covered, &covered_indices), &[]);
         assembly.set_ground(Ground::default());
         let id = assembly.polygon_id(key);
         assembly.polygon(id, outline.ring.clone(), Attributes::of(&[("type", "intersection_area"), ("area", "yes")]));

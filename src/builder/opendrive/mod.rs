@@ -72,6 +72,10 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     let mut drawn = lanes::draw(&mut assembly, &scene, &options.beside);
     let mut whole = Assembled { roads: file.roads.len(), ..Assembled::default() };
     whole.notes = file.oddities.iter().map(|it| note("opendrive-odd", it.line, it.message.clone())).collect();
+    if plane.from_origin {
+        let message = "the places are no metres of UTM: they are taken for metres from lat_0 and lon_0 of the georeference";
+        whole.notes.push(note("opendrive-odd", file.header.line, message.to_owned()).graded(Severity::Warning));
+    }
     if plane.offset_turned {
         let message =
             "the header's offset leads off the part of the earth that the georeference is for: it is subtracted";

@@ -10,6 +10,8 @@ pub struct Plane {
     pub projector: Projector,
     /// Whether the header's offset was subtracted: added, as the standard says, it leads off the georeference's part of the earth.
     pub offset_turned: bool,
+    /// Whether the file's metres begin at the place that its georeference names beside a zone of UTM, which it should not.
+    pub from_origin: bool,
     /// A turn about the file's origin, radians, ...
     turn: f64,
     /// ... after these metres are added; the third is height.
@@ -43,6 +45,7 @@ impl Plane {
         let mut plane = Self {
             projector: Projector::Local,
             offset_turned: false,
+            from_origin: false,
             turn,
             offset: [x, y, z],
             to_map: ToMap::Shift(Vector::zeros()),
@@ -50,6 +53,11 @@ impl Plane {
         let origin =
             origin.map(|at| Georeference::TransverseMercator { lat: at.lat, lon: at.lon, scale: 1.0, shift: [0.0; 2] });
         let Some(georeference) = file.header.plane.georeference.or(origin) else { return plane };
+        let (georeference, from_origin) = match from_origin(file, georeference, places) {
+            Some(found) => (found, true),
+            None => (georeference, false),
+        };
+        plane.from_origin = from_origin;
         let at = |plane: &Self| places.first().map_or(Point::origin(), |at| plane.turned(*at));
         let here = at(&plane);
         plane.offset = [-x, -y, z];
@@ -114,6 +122,27 @@ impl Plane {
     pub fn angle(&self, angle: f64) -> f64 {
         angle + self.turn
     }
+}
+
+/// The georeference of a file that names a place beside its zone of UTM, if its metres begin there: as they stand, they lie far from it.
+fn from_origin(file: &OpenDrive, georeference: Georeference, places: &[Point]) -> Option<Georeference> {
+    /// Metres from an origin lie no farther than this, and metres of UTM no nearer to it, if they are not its own.
+    const REACH: f64 = 1_000_000.0;
+    /// Such places are corners of MGRS squares, of so many metres, which tools find this well.
+    const SQUARE: f64 = 100_000.0;
+    const FOUND: f64 = 1.0;
+    let (Georeference::Utm { zone, added: [east, north] }, Some([lat, lon])) =
+        (georeference, file.header.plane.beside_zone)
+    else {
+        return None;
+    };
+    let known = utm(zone, &[LonLat { lon, lat }]).pop().flatten()?;
+    let corner = known.map(|it| (it / SQUARE).round() * SQUARE);
+    let known = if (known - corner).norm() <= FOUND { corner } else { known };
+    let [x, y, ..] = file.header.offset;
+    let here = *places.first()? + Vector::new(x, y);
+    let apart = (here - known).norm() > REACH && here.coords.norm() < REACH;
+    apart.then_some(Georeference::Utm { zone, added: [east - known.x, north - known.y] })
 }
 
 /// A projector for the metres of a georeference, and what is added to them to be those of the projector.

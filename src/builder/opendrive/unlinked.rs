@@ -29,8 +29,7 @@ struct Ending {
 }
 
 impl Ending {
-    /// How far two ends lie from each other, metres; `None` if no vehicle goes on from one to the other, or if both are linked already. To
-    /// an end that is linked to another lane, only one at the very place is meant to lead.
+    /// How far two ends lie from each other, metres; `None` if no vehicle goes on from one to the other, or if both are linked already.
     fn distance(&self, other: &Self) -> Option<f64> {
         let off = |[a, b]: [Place; 2]| {
             let [x, y, z] = [0, 1, 2].map(|i| a[i] - b[i]);
@@ -38,9 +37,8 @@ impl Ending {
         };
         let pair = |side: usize| off([self.places[side], other.places[side]]);
         let most = pair(0).max(pair(1));
-        let reach = if self.linked || other.linked { WELD } else { NEAR };
         let known = self.linked && other.linked;
-        (!known && most <= reach && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
+        (!known && most <= NEAR && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
     }
 
     fn middle(&self) -> Point {
