@@ -254,6 +254,24 @@ fn an_offset_that_exporters_write_with_the_wrong_sign_is_subtracted() {
 }
 
 #[test]
+fn metres_from_a_place_that_is_named_beside_a_zone_are_taken_so() {
+    let begin = text().find("<geoReference>").unwrap();
+    let end = text().find("</geoReference>").unwrap();
+    let place = |words: &str| {
+        let mut placed = text();
+        placed.replace_range(begin..end, &format!("<geoReference>{words} +datum=WGS84"));
+        let map = built_from(&placed).built;
+        let node = map.map.points.iter().next().unwrap().position;
+        map.projector.inverse(node).unwrap()
+    };
+    // The corner of a square of MGRS, half a metre off.
+    let named = place("+proj=utm +zone=54 +lat_0=35.23809209301421 +lon_0=139.90096462111694");
+    assert!((named.lat - 35.24).abs() < 0.05 && (named.lon - 139.9).abs() < 0.05, "{named:?}");
+    let other_zone = place("+proj=utm +zone=32 +lat_0=37.35 +lon_0=-122.09");
+    assert!(other_zone.lat.abs() < 0.1, "{other_zone:?}");
+}
+
+#[test]
 fn every_public_file_is_built() {
     let Some(folder) = shared("corpus/xodr") else { return };
     let mut count = 0;

@@ -73,7 +73,8 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     let mut whole = Assembled { roads: file.roads.len(), ..Assembled::default() };
     whole.notes = file.oddities.iter().map(|it| note("opendrive-odd", it.line, it.message.clone())).collect();
     if plane.from_origin {
-        let message = "the places are no metres of UTM: they are taken for metres from lat_0 and lon_0 of the georeference";
+        let message =
+            "the places are no metres of UTM: they are taken for metres from lat_0 and lon_0 of the georeference";
         whole.notes.push(note("opendrive-odd", file.header.line, message.to_owned()).graded(Severity::Warning));
     }
     if plane.offset_turned {

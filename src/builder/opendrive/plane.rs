@@ -131,12 +131,16 @@ fn from_origin(file: &OpenDrive, georeference: Georeference, places: &[Point]) -
     /// Such places are corners of MGRS squares, of so many metres, which tools find this well.
     const SQUARE: f64 = 100_000.0;
     const FOUND: f64 = 1.0;
+    /// Half the breadth of a zone, degrees, with what reaches over.
+    const HALF_ZONE: f64 = 3.5;
     let (Georeference::Utm { zone, added: [east, north] }, Some([lat, lon])) =
         (georeference, file.header.plane.beside_zone)
     else {
         return None;
     };
-    let known = utm(zone, &[LonLat { lon, lat }]).pop().flatten()?;
+    // One elsewhere has been left by whoever made the georeference from another.
+    let of_zone = (lon - (f64::from(zone) * 6.0 - 183.0)).abs() <= HALF_ZONE;
+    let known = utm(zone, &[LonLat { lon, lat }]).pop().flatten().filter(|_| of_zone)?;
     let corner = known.map(|it| (it / SQUARE).round() * SQUARE);
     let known = if (known - corner).norm() <= FOUND { corner } else { known };
     let [x, y, ..] = file.header.offset;
