@@ -3,15 +3,15 @@
 use std::io::{Error, Write};
 use std::path::{Path, PathBuf};
 
-use crate::lanelet::{Opened, open};
-use crate::projection::LonLat;
+use crate::lanelet::{LaneletMap, open};
 use crate::report::diff::Diff;
 use crate::report::failure::Failure;
-use crate::report::html::{Page, html};
-use crate::report::{FailOn, HarmlessJson, Report, Sources, diff, visible_lines};
+use crate::report::html::changes_page;
+use crate::report::{HarmlessJson, visible_lines};
 
 use super::args::{CLEAN, metres, output_file};
 use super::output::{self, Progress};
+use super::report_page;
 use crate::api::files;
 use crate::api::load::open_failure;
 use clap::{Args, ValueEnum};
@@ -29,7 +29,7 @@ pub struct DiffArgs {
     /// What lies this close to where it was, metres, has not moved
     #[arg(long, value_name = "M", default_value_t = 0.001, value_parser = metres)]
     pub tolerance: f64,
-    /// Write the changes on the new map, too: one HTML page to look at
+    /// Write the changes, too: one HTML page with each element before and after, side by side
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     pub report: Option<PathBuf>,
 }
@@ -54,7 +54,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let diff = Diff::between(&old.loaded.map, &new.loaded.map, args.tolerance);
     drop(progress);
     if let Some(file) = &args.report {
-        page(file, &args.new, &diff, &new)?;
+        page(file, args, &diff, [&old.loaded.map, &new.loaded.map])?;
     }
     output::print_beside(args.report.as_deref(), |out| match args.format {
         DiffFormat::Text => out.write_all(visible_lines(&diff.text()).as_bytes()),
@@ -65,22 +65,15 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     Ok(if diff.is_empty() { CLEAN } else { DIFFERENT })
 }
 
-/// Writes the page that shows findings on a map, with the changes as findings.
-fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failure> {
-    let failed = |what: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {what}", file.display()));
-    let diagnostics = diff::diagnostics(diff, &new.loaded.map);
-    let sources = Sources::new(new.osm.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
-    let requirements = [diff::requirement().map_err(|error| failed(&error))?];
-    let to_globe =
-        |points: &[_]| -> Option<Vec<LonLat>> { new.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
-    let report = Report {
-        requirements: &requirements,
-        fail_on: FailOn::Never,
-        unproject: Some(&to_globe),
-        ..Report::new(&diagnostics, &sources, &new.loaded.map)
+/// Writes the page that shows what changed.
+fn page(file: &Path, args: &DiffArgs, diff: &Diff, maps: [&LaneletMap; 2]) -> Result<(), Failure> {
+    let names = [&args.old, &args.new].map(|map| report_page::title(map));
+    // Two versions of one file are told apart by their directories.
+    let names = match names[0] == names[1] {
+        true => [&args.old, &args.new].map(|map| map.display().to_string()),
+        false => names,
     };
-    let title = map.file_name().map_or_else(|| map.display().to_string(), |name| name.to_string_lossy().into_owned());
-    let page = Page { title: &title, path: None, requirements: &requirements, earlier: None, origin: None };
-    let text = html(&report, &page).map_err(|error| failed(&error))?;
+    let text = changes_page(diff, maps, [&names[0], &names[1]])
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", file.display())))?;
     files::write(file, text.as_bytes())
 }

@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, Write};
 
+use crate::diagnostic::Diagnostic;
 use crate::report;
 use crate::report::draw;
 use crate::report::draw::Options;
@@ -41,6 +42,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     // Strokes have no place for findings; `check --format geojson` has.
     let unfound = args.no_findings || as_what == Format::GeoJson || !args.planner.is_empty();
     let found = if unfound { Vec::new() } else { judged(&loaded, &Config::from(&loaded.settings))? };
+    let shown: Vec<Diagnostic> = found.iter().filter(|one| one.severity >= args.show.into()).cloned().collect();
     progress.next("drawing");
     let forecasts = match args.planner.is_empty() {
         true => Vec::new(),
@@ -56,14 +58,18 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         ..Options::default()
     };
     let picture = match as_what {
-        Format::Svg => draw::svg(&loaded.map, &found, &options).map(String::into_bytes),
-        Format::Png => draw::png(&loaded.map, &found, &options),
+        Format::Svg => draw::svg(&loaded.map, &shown, &options).map(String::into_bytes),
+        Format::Png => draw::png(&loaded.map, &shown, &options),
         Format::GeoJson => return strokes(args, &loaded, &options, progress),
     };
     let picture = picture.map_err(stage::failure)?;
     files::write(&args.output, &picture)?;
     drop(progress);
-    let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
+    let left_out = match found.len() - shown.len() {
+        0 => String::new(),
+        count => format!("; {count} are not drawn, --show info draws them"),
+    };
+    let drawn = if unfound { String::new() } else { format!(" ({}{left_out})", report::summary(&found)) };
     output::tell(&args.output, &format!("{}{drawn}\n", output::shown(&args.output)))?;
     Ok(CLEAN)
 }

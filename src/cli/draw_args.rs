@@ -10,6 +10,7 @@ use crate::report::draw::Focus;
 use crate::report::failure::Failure;
 
 use super::args::{output_file, place};
+use super::check_args::SeverityArg;
 use super::planner::ParameterArgs;
 use clap::{Args, ValueEnum};
 
@@ -48,6 +49,9 @@ pub struct DrawArgs {
     /// Write the ids of lanelets, intersection areas and regulatory elements
     #[arg(long)]
     pub ids: bool,
+    /// Least severity of findings that are drawn
+    #[arg(long, value_enum, value_name = "SEVERITY", default_value_t = SeverityArg::Warning, conflicts_with = "no_findings")]
+    pub show: SeverityArg,
     /// Leave out the findings of `check`
     #[arg(long)]
     pub no_findings: bool,

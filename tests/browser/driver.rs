@@ -115,6 +115,12 @@ impl Browser {
         Ok(answer["value"].take())
     }
 
+    /// Runs a script before those of every page that is opened from now on.
+    pub fn before_each_page(&self, script: &str) {
+        let command = json!({ "cmd": "Page.addScriptToEvaluateOnNewDocument", "params": { "source": script } });
+        self.call("POST", "/goog/cdp/execute", &command);
+    }
+
     /// Opens a report from a file, at a link inside it, and waits until it is ready.
     pub fn open(&self, file: &Path, link: &str) {
         // Another link of the same file would not load it anew.

@@ -266,3 +266,66 @@ fn a_phone_shows_map_list_and_card() {
     browser.picture("report-phone-finding.png");
     at_peace(&browser);
 }
+
+/// A browser in which the graphics card draws black, and one that draws nothing.
+#[test]
+fn a_browser_that_cannot_draw_says_so() {
+    let Some(browser) = Browser::start(DESKTOP.0, DESKTOP.1) else { return };
+    let report = reports::broken("undrawn");
+    browser.before_each_page(
+        "const get = HTMLCanvasElement.prototype.getContext; \
+         HTMLCanvasElement.prototype.getContext = function (kind, how) { \
+         if (window.name === 'none') return null; \
+         const context = get.call(this, kind, how); \
+         if (how && !how.willReadFrequently) context.drawImage = () => {}; return context; }",
+    );
+    browser.open(&report.file, "");
+    browser.wait("document.getElementById('map').dataset.painted");
+    browser.wait("document.getElementById('toast').textContent.includes('graphics card')");
+    let seen = "(() => { const c = document.getElementById('map'); \
+                return new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size; })()";
+    assert!(browser.value(seen).as_u64().unwrap() > 20, "the map is drawn");
+    browser.run("window.name = 'none'");
+    browser.open(&report.file, "");
+    browser.wait("document.querySelector('.no-map')?.textContent.includes('cannot draw')");
+    browser.run("document.querySelector('.row.finding').click()");
+    browser.wait("!document.getElementById('card').hidden");
+    at_peace(&browser);
+}
+
+/// Two versions of a map as `diff --report` shows them.
+#[test]
+fn what_changed_is_shown_before_and_after() {
+    for (size, name) in [(DESKTOP, "diff-desktop.png"), (PHONE, "diff-phone.png")] {
+        let Some(browser) = Browser::start(size.0, size.1) else { return };
+        let dir = tempfile::tempdir().unwrap();
+        let text = std::fs::read_to_string(common::root().join("tests/rules/vm-03-08/good.osm")).unwrap();
+        std::fs::write(dir.path().join("old.osm"), &text).unwrap();
+        let turned = text.replacen("v=\"left\"", "v=\"right\"", 1).replacen("lat=\"35.25533", "lat=\"35.25535", 1);
+        assert_ne!(turned, text);
+        std::fs::write(dir.path().join("new.osm"), turned.replacen("v=\"50\"", "v=\"30\"", 2)).unwrap();
+        common::program::lanewright(dir.path(), &["diff", "old.osm", "new.osm", "--report", "diff.html"]).exits(1);
+        browser.open(&dir.path().join("diff.html"), "");
+        browser
+            .wait("document.documentElement.dataset.old === 'read' && document.getElementById('map').dataset.painted");
+        assert_eq!(browser.value("document.getElementById('title').textContent"), json!("old.osm → new.osm"));
+        let verdict = browser.value("document.getElementById('verdict').textContent");
+        assert!(
+            verdict.as_str().unwrap().contains("changed") && !verdict.as_str().unwrap().contains("info"),
+            "{verdict}"
+        );
+        assert_eq!(
+            browser.value("document.querySelector('#pane-changes h3').firstChild.textContent"),
+            json!("Lanelets")
+        );
+        browser.press("j");
+        browser.wait("document.querySelectorAll('#card canvas').length === 2");
+        std::thread::sleep(std::time::Duration::from_millis(900));
+        browser.picture(name);
+        let pictures = "[...document.querySelectorAll('#card canvas')].map((c) => c.toDataURL().length)";
+        let sizes = browser.value(pictures);
+        assert!(sizes.as_array().unwrap().iter().all(|size| size.as_u64().unwrap() > 3000), "{sizes}");
+        assert_eq!(browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));
+        at_peace(&browser);
+    }
+}

@@ -127,6 +127,8 @@ fn a_review_ends_in_a_map() {
         assert!(said.starts_with("rejected"), "{said}");
     }
     assert_eq!(page.number("rejected"), 2);
+    // What is chosen on the map is the next fix, of which the pane tells all: no card lies over the map.
+    assert_eq!(browser.value("document.getElementById('card').hidden"), json!(true));
     std::thread::sleep(std::time::Duration::from_millis(700));
     browser.picture("review-decided.png");
 

@@ -26,6 +26,8 @@ pub enum Fact {
     Is { what: String, length: Option<f64> },
     /// It lies elsewhere; the largest distance between old and new.
     Moved { by: f64 },
+    /// It goes on farther at its ends than before, or less far where `by` is negative.
+    Longer { by: f64 },
     /// It lies higher, or lower.
     Raised { by: f64 },
     /// A tag has another value.
@@ -59,6 +61,8 @@ impl fmt::Display for Fact {
             Self::Is { what, length: None } => write!(f, "{}", visible(what)),
             Self::Is { what, length: Some(length) } => write!(f, "{}, {length:.1} m", visible(what)),
             Self::Moved { by } => write!(f, "moved by up to {by:.3} m"),
+            Self::Longer { by } if *by < 0.0 => write!(f, "shorter by {:.3} m", -by),
+            Self::Longer { by } => write!(f, "longer by {by:.3} m"),
             Self::Raised { by } if *by < 0.0 => write!(f, "lower by up to {:.3} m", -by),
             Self::Raised { by } => write!(f, "higher by up to {by:.3} m"),
             Self::Tag { key, old, new } => {

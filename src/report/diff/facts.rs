@@ -63,17 +63,39 @@ impl<'a> Sides<'a> {
         Self { old, new, tolerance, relations: [Relations::of(old), Relations::of(new)] }
     }
 
-    /// Distance between two lines as far as it is more than the tolerance.
+    /// How far two outlines are apart, as far as that is more than the tolerance.
     fn moved(&self, old: &[PlanePoint], new: &[PlanePoint]) -> Option<Fact> {
-        let by = apart(old, new);
+        let by = apart(old, new).into_iter().fold(0.0, f64::max);
         (by > self.tolerance).then_some(Fact::Moved { by })
+    }
+
+    /// The same of lines, which may also have become longer or shorter at their ends: `lengths` are those of the old and the new one. A
+    /// line that was cut has not moved.
+    fn moved_or_cut(&self, [old, new]: [&[PlanePoint]; 2], lengths: [f64; 2], facts: &mut Vec<Fact>) {
+        let [to_old, to_new] = apart(old, new);
+        let (least, most) = (to_old.min(to_new), to_old.max(to_new));
+        let longer = lengths[1] - lengths[0];
+        // What lies beyond the other's end is farther from it than all the rest, and no farther than it is longer.
+        let is_cut = most > BEYOND * least
+            && most <= longer.abs() + least + self.tolerance
+            && (longer > 0.0) == (to_old > to_new);
+        if is_cut && longer.abs() > self.tolerance {
+            facts.push(Fact::Longer { by: longer });
+        }
+        let by = if is_cut { least } else { most };
+        if by > self.tolerance {
+            facts.push(Fact::Moved { by });
+        }
     }
 }
 
-/// The largest distance of a vertex of one line from the other line.
-fn apart(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
-    if a == b {
-        return 0.0;
+/// A line goes on beyond the other's end if it is this many times farther from there than anywhere else.
+const BEYOND: f64 = 4.0;
+
+/// The largest distance of a vertex of the new line from the old one, and the other way round.
+fn apart(old: &[PlanePoint], new: &[PlanePoint]) -> [f64; 2] {
+    if old == new {
+        return [0.0; 2];
     }
     let farthest = |from: &[PlanePoint], to: &[PlanePoint]| {
         let line = Polyline::new(to.iter().copied());
@@ -85,7 +107,11 @@ fn apart(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
         };
         from.iter().map(distance).fold(0.0, f64::max)
     };
-    farthest(a, b).max(farthest(b, a))
+    [farthest(new, old), farthest(old, new)]
+}
+
+fn length(line: &[PlanePoint]) -> f64 {
+    Polyline::new(line.iter().copied()).map_or(0.0, |line| line.length())
 }
 
 /// What two versions of an element are compared by.
@@ -133,14 +159,25 @@ fn places(map: &LaneletMap, points: &[PointId]) -> Vec<PlanePoint> {
     points.iter().filter_map(|&id| map.points.get(id)).map(|point| point.position).collect()
 }
 
-/// The line of points of a linestring or polygon.
-fn points(old: &[PointId], new: &[PointId], sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+/// The line of points of a linestring.
+fn line(old: &[PointId], new: &[PointId], sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+    other_points(old, new, facts);
+    let [old, new] = [places(sides.old, old), places(sides.new, new)];
+    sides.moved_or_cut([&old, &new], [length(&old), length(&new)], facts);
+}
+
+/// The outline of a polygon or an area.
+fn outline(old: &[PointId], new: &[PointId], sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+    other_points(old, new, facts);
+    facts.extend(sides.moved(&places(sides.old, old), &places(sides.new, new)));
+}
+
+fn other_points(old: &[PointId], new: &[PointId], facts: &mut Vec<Fact>) {
     if old != new {
         let [before, after]: [BTreeSet<PointId>; 2] = [old, new].map(|ids| ids.iter().copied().collect());
         let (added, removed) = (after.difference(&before).count(), before.difference(&after).count());
         facts.push(Fact::Points { added, removed });
     }
-    facts.extend(sides.moved(&places(sides.old, old), &places(sides.new, new)));
 }
 
 impl Compared for Point {
@@ -179,7 +216,7 @@ impl Compared for LineString {
     }
 
     fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
-        points(&self.points, &new.points, sides, facts);
+        line(&self.points, &new.points, sides, facts);
         tags(&self.attributes, &new.attributes, facts);
     }
 
@@ -198,7 +235,7 @@ impl Compared for Polygon {
     }
 
     fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
-        points(&self.points, &new.points, sides, facts);
+        outline(&self.points, &new.points, sides, facts);
         tags(&self.attributes, &new.attributes, facts);
     }
 
@@ -221,7 +258,7 @@ impl Compared for Area {
             area.outer.iter().map(|bound| ("outer".to_owned(), Subject::LineString(bound.line.0))).collect()
         };
         sets(&lines(self), &lines(new), |sign, (role, member)| Fact::Member { sign, role, member }, facts);
-        points(&self.points, &new.points, sides, facts);
+        outline(&self.points, &new.points, sides, facts);
         tags(&self.attributes, &new.attributes, facts);
     }
 
@@ -230,14 +267,19 @@ impl Compared for Area {
     }
 }
 
+/// The mean of a lanelet's bounds.
+fn lanelet_length(map: &LaneletMap, lanelet: &Lanelet) -> f64 {
+    let bound = |bound| Polyline::new(map.bound_line(bound)).map_or(0.0, |line| line.length());
+    f64::midpoint(bound(lanelet.left), bound(lanelet.right))
+}
+
 impl Compared for Lanelet {
     fn subject(&self) -> Subject {
         Subject::Lanelet(self.id.0)
     }
 
     fn alone(&self, map: &LaneletMap) -> Vec<Fact> {
-        let length = |bound| Polyline::new(map.bound_line(bound)).map_or(0.0, |line| line.length());
-        is(&self.attributes, Some(f64::midpoint(length(self.left), length(self.right))))
+        is(&self.attributes, Some(lanelet_length(map, self)))
     }
 
     fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
@@ -248,7 +290,9 @@ impl Compared for Lanelet {
                 facts.push(Fact::TurnedAround { side });
             }
         }
-        facts.extend(sides.moved(&sides.old.outline(self), &sides.new.outline(new)));
+        let outlines = [sides.old.outline(self), sides.new.outline(new)];
+        let lengths = [lanelet_length(sides.old, self), lanelet_length(sides.new, new)];
+        sides.moved_or_cut([&outlines[0], &outlines[1]], lengths, facts);
         let elements =
             |lanelet: &Self| -> BTreeSet<i64> { lanelet.regulatory_elements.iter().map(|id| id.0).collect() };
         sets(&elements(self), &elements(new), |sign, id| Fact::Element { sign, id }, facts);

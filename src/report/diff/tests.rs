@@ -113,3 +113,30 @@ fn rights_of_way_are_told_of_the_lanelet_that_has_them() {
     let gone = back.changes.iter().find(|change| change.subject == Subject::RegulatoryElement(300)).unwrap();
     assert_eq!((gone.change, gone.line()), (Kind::Removed, "- regulatory element 300: right_of_way".to_owned()));
 }
+
+#[test]
+fn what_was_cut_has_not_moved() {
+    let mut new = map();
+    for id in [3, 6] {
+        let id = PointId(id);
+        let position = new.points.get(id).unwrap().position - nalgebra::Vector2::new(4.0, 0.0);
+        new.points.insert(Point::new(id, position, None));
+    }
+    let diff = Diff::between(&map(), &new, 0.001);
+    for subject in [Subject::Lanelet(200), Subject::LineString(20), Subject::LineString(21)] {
+        let facts = facts(&diff, subject);
+        assert!(matches!(facts.as_slice(), [Fact::Longer { by }] if (by + 4.0).abs() < 1e-9), "{subject}: {facts:?}");
+    }
+    assert_eq!(facts(&diff, Subject::Lanelet(100)), []);
+    let back = Diff::between(&new, &map(), 0.001);
+    assert!(back.text().contains("~ lanelet 200: longer by 4.000 m"), "{}", back.text());
+    // Cut, and pushed aside by a hand's width.
+    for id in [2, 3] {
+        let id = PointId(id);
+        let position = new.points.get(id).unwrap().position - nalgebra::Vector2::new(0.0, 0.1);
+        new.points.insert(Point::new(id, position, None));
+    }
+    let facts = facts(&Diff::between(&map(), &new, 0.001), Subject::LineString(20));
+    let [Fact::Longer { by: longer }, Fact::Moved { by: moved }] = facts[..] else { panic!("{facts:?}") };
+    assert!((longer + 4.0).abs() < 0.01 && (moved - 0.1).abs() < 0.01, "{facts:?}");
+}

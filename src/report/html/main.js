@@ -105,6 +105,8 @@ function follow(both) {
   const { report: before, finding, primitive, map } = state;
   take(both);
   tell('data', before);
+  // A part of the page may have chosen something else meanwhile.
+  if (state.finding !== finding || state.primitive !== primitive) return;
   if (finding) chooseFinding(state.report.findings.find((one) => one.key === finding.key) ?? null, { stay: true });
   else if (primitive) choosePrimitive(findPrimitive(map[primitive.kind].id[primitive.number], primitive.kind), { stay: true });
 }

@@ -4,6 +4,7 @@
 //! the page's policy runs no script but its own, known by hash, and loads nothing.
 
 mod build_stages;
+mod changes;
 mod compare;
 mod data;
 mod fix_preview;
@@ -24,6 +25,7 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 
 pub use build_stages::{BuildStages, InputRoad, InputWay, Stage};
+pub use changes::changes_page;
 pub use compare::{Earlier, EarlierError};
 pub use fix_preview::{FixPreview, fix_previews, shape_of};
 pub use pages::escape;

@@ -1,8 +1,8 @@
 // A review: the fixes that need a look, one after another; what is decided, and saving it.
 
 const review = {
-  /** Number of the fix that is looked at, or null. */
-  at: null,
+  /** Number of the fix that is looked at, or null, and the key of its finding. */
+  at: null, key: null,
   /** What would come of it, as the server said; or the reason why it cannot be told. */
   preview: null, trouble: null,
   /** Numbers of the fixes for which a reason is being typed, or null. */
@@ -56,7 +56,8 @@ function findingOf(item) {
 /** Another version of the map: what is looked at stays if it is open, else the next one is. */
 function followReview() {
   const item = itemNow();
-  lookAt(item && isOpen(item) ? item.id : nextOf(review.at ?? -1, 1)?.id ?? null);
+  const elsewhere = state.primitive || (state.finding && state.finding.key !== review.key);
+  lookAt(item && isOpen(item) ? item.id : nextOf(review.at ?? -1, 1)?.id ?? null, Boolean(elsewhere));
 }
 
 /** The next fix that needs a review, or the one before; those that were put off come last. */
@@ -72,13 +73,14 @@ function stepReview(step) {
   if (next) lookAt(next.id);
 }
 
-/** Shows a fix, and asks what would come of it. */
-async function lookAt(id) {
+/** Shows a fix, and asks what would come of it; the map goes there unless `stay`. */
+async function lookAt(id, stay = false) {
   Object.assign(review, { at: id, preview: null, trouble: null, rejecting: null });
   state.report.ghosts = [];
   const item = itemNow();
   const finding = findingOf(item);
-  if (item) chooseFinding(finding, { stay: !finding });
+  review.key = finding?.key ?? null;
+  if (item && !stay) chooseFinding(finding, { stay: !finding });
   drawReview();
   if (!item || !isOpen(item)) return;
   const map = state.map;

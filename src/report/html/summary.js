@@ -61,7 +61,9 @@ function drawVerdict(failed, total) {
   verdict.replaceChildren(...(words.length
     ? words.map(([word, count]) => make('span', {}, make('span', { class: `dot ${word}` }), plural(count, word)))
     : [make('span', {}, make('span', { class: 'dot good' }), 'no findings')]));
-  verdict.append(make('span', { class: 'of' }, failed ? `${failed} of ${plural(total, 'requirement')} failed` : 'no requirement failed'));
+  // An error may be of what no requirement speaks of: a map that does not load, a conflict of a merge.
+  const others = !failed && alive.some((finding) => finding.severity === 'error');
+  if (!others) verdict.append(make('span', { class: 'of' }, failed ? `${failed} of ${plural(total, 'requirement')} failed` : 'no requirement failed'));
 }
 
 /** Opens a rule's page. */

@@ -21,7 +21,7 @@ const toWorld = (x, y) => [view.x + (x - view.width / 2) / view.scale, view.y - 
 /** Starts the map on its canvas. */
 function startView() {
   view.canvas = byId('map');
-  view.context = view.canvas.getContext('2d', { alpha: false });
+  view.context = drawingContext();
   view.classes = classify(state.map);
   on('data', followData);
   new ResizeObserver(resize).observe(byId('stage'));
@@ -33,6 +33,35 @@ function startView() {
   on('choice', ({ stay }) => { if (!stay) flyToChoice(); ask(); });
   on('shown', ask);
   on('theme', repaint);
+}
+
+/**
+ * What the map is drawn with: the graphics card where it draws what it is told, else the processor; null, and a word of it, where the
+ * browser draws nothing at all.
+ */
+function drawingContext() {
+  const tile = document.createElement('canvas').getContext('2d');
+  const drawsRight = (context) => {
+    if (!context || !tile) return false;
+    tile.fillStyle = '#fff';
+    tile.fillRect(0, 0, 2, 2);
+    context.drawImage(tile.canvas, 0, 0);
+    return context.getImageData(0, 0, 1, 1).data[0] === 255;
+  };
+  const context = view.canvas.getContext('2d', { alpha: false });
+  if (drawsRight(context)) return context;
+  // A canvas keeps the context that it gave first.
+  const other = view.canvas.cloneNode();
+  view.canvas.replaceWith(other);
+  view.canvas = other;
+  const slow = other.getContext('2d', { alpha: false, willReadFrequently: true });
+  if (drawsRight(slow)) {
+    toast('The graphics card does not draw the map; the processor does, which is slower');
+    return slow;
+  }
+  byId('stage').append(make('p', { class: 'no-map', role: 'alert' },
+    'This browser cannot draw the map. The list beside it is complete; `lanewright draw MAP -o map.svg` draws the map as a picture.'));
+  return null;
 }
 
 /** Another map: what is painted is old, and what was in the middle stays there. */
@@ -174,6 +203,7 @@ const newLevel = () => ({ scale: view.scale * view.ratio, css: view.scale, tiles
 
 function frame(now) {
   view.asked = false;
+  if (!view.context) return;
   if (view.flight) fly(now);
   const scale = view.scale * view.ratio;
   if (scale !== view.level.scale) {
