@@ -13,7 +13,7 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 17] = [
+const PAGES: [(&str, &str); 19] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
@@ -30,6 +30,8 @@ const PAGES: [(&str, &str); 17] = [
     ("Terms", "terms.md"),
     ("How fast it is", "benchmarks.md"),
     ("Adding a rule", "add_a_rule.md"),
+    ("Adding an input format", "add_an_input_format.md"),
+    ("Changes", "changelog.md"),
     ("Contributing", "../CONTRIBUTING.md"),
 ];
 

@@ -45,3 +45,7 @@ if $CARGO nextest --version >/dev/null 2>&1; then
 else
     $CARGO test --locked --no-fail-fast --lib --bins --tests
 fi
+if [ -n "${LANEWRIGHT_SOAK:-}" ]; then
+    step "programs of others that read our maps"
+    CARGO="$CARGO" scripts/clients.sh
+fi

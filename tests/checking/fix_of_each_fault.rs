@@ -44,6 +44,16 @@ fn the_maps_of_the_rules_show_the_fixes_that_the_faults_speak_of() {
     });
 }
 
+#[test]
+fn what_a_fix_takes_for_granted_is_said_where_a_person_has_to_look() {
+    for row in rules::table().unwrap() {
+        for (slug, fault) in &row.requirement.faults {
+            let looks = fault.fix.as_deref().is_some_and(|fix| fix.contains("with a look"));
+            assert_eq!(looks, fault.assumes.is_some(), "{}/{slug}: `fix` and `assumes`", row.requirement.id);
+        }
+    }
+}
+
 /// The table at the end of `docs/fix.md`; written anew with LANEWRIGHT_UPDATE=1.
 #[test]
 fn the_page_about_fixes_lists_each_fault() {

@@ -336,7 +336,8 @@ fn diff_tells_what_changed_and_shows_it() {
     fs::copy(dir.path().join("old/map_projector_info.yaml"), dir.path().join("new/map_projector_info.yaml")).unwrap();
     let run = lanewright(dir.path(), &["diff", "old", "new", "--report", "changes.html"]).exits(1);
     assert!(run.stdout.contains("turn_direction from `left` to `right`"), "{}", run.stdout);
-    assert!(fs::read_to_string(dir.path().join("changes.html")).unwrap().contains("rule-diff"));
+    let page = fs::read_to_string(dir.path().join("changes.html")).unwrap();
+    assert!(page.contains("<title>old → new") && page.contains("id=\"old-map-data\""));
     let json = lanewright(dir.path(), &["diff", "old", "new", "--format", "json"]).exits(1).stdout;
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["totals"]["lanelets"]["changed"], 1);

@@ -1,8 +1,8 @@
 //! What changed between two versions of a map, by element and by meaning. Elements are the same if their ids are.
 
+mod document;
 mod fact;
 mod facts;
-mod findings;
 #[cfg(test)]
 mod tests;
 
@@ -11,8 +11,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+pub use document::requirement;
 pub use fact::{Fact, Sign};
-pub use findings::{diagnostics, requirement};
 
 use crate::diagnostic::{Place, Subject};
 use crate::lanelet::locate::locate;
