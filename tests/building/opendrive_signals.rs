@@ -126,11 +126,23 @@ fn a_light_counts_at_the_stop_line_at_which_it_is_referred_to() {
 
 #[test]
 fn a_stop_line_inside_a_junction_is_drawn_and_told() {
-    let map = built(&with(&[("on", &signal("line", "294", 4.0, "+"))], "", ""));
+    // Behind its section, the lane grows wider.
+    let wider: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, -1, -1)]), (10.0, &[(-1, 3.5, 0.1, -1, -1)])];
+    let text = with(&[("on", &signal("line", "294", 4.0, "+"))], "", "");
+    let begin = text.find("<road id=\"on\"").unwrap();
+    let sections = |text: &str| {
+        let from = text.find("<road id=\"on\"").unwrap();
+        let [first, last] = ["<laneSection", "</lanes>"].map(|mark| from + text[from..].find(mark).unwrap());
+        text[first..last].to_owned()
+    };
+    let (plain, other) = (sections(&text[begin..]), sections(&junction(wider, -1)));
+    assert!(plain != other && text.matches(&plain).count() == 1);
+    let map = built(&text.replace(&plain, &other));
     let lines = map.built.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
     let at_line = lines.filter(|line| {
         let first = line.points.first().and_then(|id| map.built.map.points.get(*id)).unwrap();
-        (first.position.x - 54.0).abs() < 0.01
+        let last = line.points.last().and_then(|id| map.built.map.points.get(*id)).unwrap();
+        (first.position.x - 54.0).abs() < 0.01 && ((first.position - last.position).norm() - 3.5).abs() < 0.01
     });
     assert_eq!(at_line.count(), 1);
     assert!(told(&map, "stop line line of road on lies where no lane"), "{:?}", map.built.notes);

@@ -107,8 +107,8 @@ impl<'a> Drawing<'a> {
             let of_lane = || {
                 let lane = &self.drawn.lanes[*line.lanes.first()?];
                 let Piece { stretch, lane } = self.scene.piece_at(lane, line.station);
-                let [high, low] =
-                    sides(lane).map(|border| self.scene.section(stretch).offset(road, border, line.station));
+                let [high, low] = sides(lane)
+                    .map(|border| self.scene.section_near(stretch, line.station).offset(road, border, line.station));
                 Some([low, high])
             };
             let Some([low, high]) = line.across.or_else(of_lane) else { continue };
@@ -154,7 +154,7 @@ impl<'a> Drawing<'a> {
             None => lane.nodes[1],
             Some(station) => {
                 let Piece { stretch, lane: id } = self.scene.piece_at(lane, station);
-                let (road, section) = (self.scene.road(stretch), self.scene.section(stretch));
+                let (road, section) = (self.scene.road(stretch), self.scene.section_near(stretch, station));
                 let [high, low] = sides(id).map(|border| road.place(station, section.offset(road, border, station)));
                 let [left, right] = if lane.direction > 0 { [high, low] } else { [low, high] };
                 [("left", left), ("right", right)]

@@ -128,6 +128,11 @@ impl Scene<'_> {
         section_at(&sections, middle).unwrap_or(&self.road(stretch).sections[0])
     }
 
+    /// The section of a stretch at a station.
+    pub fn section_near(&self, stretch: usize, station: f64) -> &Section {
+        section_at(&self.sections(stretch), station).unwrap_or_else(|| self.section(stretch))
+    }
+
     /// The station in the middle of a stretch, metres.
     pub fn middle(&self, stretch: usize) -> f64 {
         let [from, to] = self.stretches[stretch].span;

@@ -81,7 +81,7 @@ fn under(scene: &Scene, drawn: &Drawn, index: usize, object: &Object) -> Vec<usi
         else {
             return false;
         };
-        let section = scene.section(piece.stretch);
+        let section = scene.section_near(piece.stretch, station);
         let sides = sides(piece.lane).map(|border| section.offset(road, border, station));
         (low..=high).contains(&f64::midpoint(sides[0], sides[1]))
     };
