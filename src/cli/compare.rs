@@ -19,7 +19,7 @@ use super::{input, stage};
 use crate::api::Loaded;
 
 /// Outlines that lie apart by no more than this, metres, have not changed.
-const SAME: f64 = 0.05;
+const SAME_OUTLINE: f64 = 0.05;
 /// The most intersections that are listed.
 const LISTED: usize = 200;
 
@@ -160,7 +160,7 @@ fn moved(old: &[Point], new: &[Point]) -> Option<String> {
             let farthest =
                 |points: &[Point], line: &Polyline| points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);
             let apart = farthest(old, &b).max(farthest(new, &a));
-            (apart > SAME).then(|| format!("its outline moved by {apart:.2} m"))
+            (apart > SAME_OUTLINE).then(|| format!("its outline moved by {apart:.2} m"))
         }
         (None, None) => None,
         (None, Some(_)) => Some("it has an outline now".to_owned()),

@@ -64,8 +64,8 @@ pub fn shown(path: &Path) -> String {
 
 /// Makes room on a terminal for the next report.
 pub fn clear() -> Result<(), Failure> {
-    const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
-    if io::stdout().is_terminal() { print_with(|out| out.write_all(CLEAR.as_bytes())) } else { Ok(()) }
+    const CLEAR_SCREEN: &str = "\u{1b}[2J\u{1b}[H";
+    if io::stdout().is_terminal() { print_with(|out| out.write_all(CLEAR_SCREEN.as_bytes())) } else { Ok(()) }
 }
 
 /// Writes what a format of [`crate::report`] makes to standard output, which shows no text of a map as it is. Whoever reads may stop at any time (`| head`), which is no failure.

@@ -10,7 +10,7 @@ const SQUARE: f64 = 15.0;
 
 /// Elements up to so many squares from a square with a change are near: at least 30 m. What is found farther away shows when the map is
 /// judged as a whole in the end.
-const NEAR: i64 = 2;
+const NEAR_SQUARES: i64 = 2;
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
@@ -60,8 +60,9 @@ pub fn around(
         }
     }
     let near = |[x, y]: [i64; 2]| {
-        (-NEAR..=NEAR)
-            .flat_map(move |east| (-NEAR..=NEAR).map(move |north| [x.saturating_add(east), y.saturating_add(north)]))
+        (-NEAR_SQUARES..=NEAR_SQUARES).flat_map(move |east| {
+            (-NEAR_SQUARES..=NEAR_SQUARES).map(move |north| [x.saturating_add(east), y.saturating_add(north)])
+        })
     };
     let squares: FxHashSet<[i64; 2]> = with_change.into_iter().flat_map(near).collect();
     let mut near: FxHashSet<Key> = changed.clone();

@@ -31,7 +31,7 @@ impl Room {
     }
 }
 /// The distance between places where two lines are compared, metres.
-const STEP: f64 = 0.25;
+const COMPARED_EVERY: f64 = 0.25;
 /// The smallest radius, metres, of the bends where the line leaves the other, if leaving out a vertex helps.
 const MIN_RADIUS: f64 = 1.5;
 /// An overlap below this, metres, is none: it is less than the last digit of a coordinate.
@@ -73,7 +73,7 @@ impl Measured {
 /// The line, which starts where `other` starts, changed so that it stays on the side of it to which it diverges: where it
 /// overlaps the other slightly, it follows the vertices of the other. `None` if the line stays as it is.
 pub fn diverge(line: &Measured, other: &Measured, room: Room) -> Option<Vec<Point>> {
-    let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
+    let steps = [line, other].map(|l| l.line.at(COMPARED_EVERY.min(l.length())) - l.line.first());
     if steps[0].dot(&steps[1]) < MAX_START_ANGLE.to_radians().cos() * steps[0].norm() * steps[1].norm() {
         return None;
     }
@@ -151,11 +151,11 @@ impl Overlap {
     /// The line without the overlap; `None` if it would cross the other line, or bend too much.
     fn removed(&self, line: &Measured, other: &Measured, room: Room) -> Option<Vec<Point>> {
         // A step past a bend of the other line so near ahead would cut the bend off.
-        let near = |s: &f64| (self.leaves..self.leaves + STEP).contains(s);
+        let near = |s: &f64| (self.leaves..self.leaves + COMPARED_EVERY).contains(s);
         let leaves = other.stations.iter().copied().find(near).unwrap_or(self.leaves);
         let leaving = other.line.at(leaves);
         let mut points: Vec<Point> = other.vertices().take_while(|(_, s)| *s <= leaves).map(|(p, _)| p).collect();
-        if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
+        if points.last().is_some_and(|p| (p - leaving).norm() > COMPARED_EVERY) {
             points.push(leaving);
         }
         let direction = other.line.direction(leaves);
@@ -187,7 +187,7 @@ impl Overlap {
 /// The stations of vertices and of every step below `last`, ascending.
 fn merged(vertices: &[f64], last: f64) -> impl Iterator<Item = f64> {
     let mut vertices = vertices.iter().copied().peekable();
-    let mut steps = (1..).map(|i| STEP * f64::from(i)).take_while(move |&s| s < last).peekable();
+    let mut steps = (1..).map(|i| COMPARED_EVERY * f64::from(i)).take_while(move |&s| s < last).peekable();
     std::iter::from_fn(move || match (vertices.peek(), steps.peek()) {
         (Some(vertex), Some(step)) if step < vertex => steps.next(),
         (Some(_), _) => vertices.next(),
@@ -212,7 +212,7 @@ impl Foot {
         let mut best = (f64::INFINITY, self);
         for (segment, pair) in line.line.points().windows(2).enumerate().skip(self.segment) {
             let (a, along) = (pair[0], pair[1] - pair[0]);
-            if stations[segment] > best.1.station + 2.0 * best.1.offset.abs() + STEP {
+            if stations[segment] > best.1.station + 2.0 * best.1.offset.abs() + COMPARED_EVERY {
                 break;
             }
             let t = ((place - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);

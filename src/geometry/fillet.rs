@@ -8,7 +8,7 @@ use super::{Point, Polyline, Vector, angle_between, cross, left_of, line_crossin
 /// The largest change of direction of a bend, radians (165 degrees): beyond, the lines before and behind meet too far away.
 const REVERSAL: f64 = 165.0 * std::f64::consts::PI / 180.0;
 /// The smallest change of direction that is rounded, radians.
-const STRAIGHT: f64 = 1e-3;
+const LEAST_ROUNDED_TURN: f64 = 1e-3;
 /// The largest change of direction between neighbours, radians (12 degrees): the polyline stays within 7 mm of the arc.
 const TURN_STEP: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// A bend may be tighter by this part of the radius: coordinates are rounded.
@@ -19,7 +19,7 @@ const MAX_THINNING: f64 = 0.05;
 /// The largest number of rounds. Each rounds the joints between the arcs of the round before.
 const ROUNDS: usize = 3;
 /// The number of vertices before and behind a corner that an arc may replace: bends are local.
-const REACH: usize = 32;
+const VERTICES_REPLACED: usize = 32;
 
 /// How tightly a line may bend.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +92,7 @@ impl Rounding {
         let mut widest: Option<Arc> = None;
         // The arc touches the segment that ends at `first` and the segment that begins at `last`.
         let (mut first, mut last) = (corner, corner);
-        for _ in 0..2 * REACH {
+        for _ in 0..2 * VERTICES_REPLACED {
             let (Some(&start), Some(&end)) = (before.last(), behind.last()) else { break };
             let Some(fillet) = Fillet::between([start, first], [last, end]) else { break };
             let taken = fillet.taken[0].max(fillet.taken[1]);
@@ -187,7 +187,7 @@ impl Fillet {
     fn between([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Self> {
         let along = [(b - a).try_normalize(Polyline::MERGE)?, (d - c).try_normalize(Polyline::MERGE)?];
         let turn = angle_between(along[0], along[1]);
-        if turn.abs() > REVERSAL || turn.abs() < STRAIGHT {
+        if turn.abs() > REVERSAL || turn.abs() < LEAST_ROUNDED_TURN {
             return None;
         }
         let (on, back, corner) = line_crossing(b, along[0], c, along[1])?;

@@ -26,7 +26,7 @@ impl SCurve {
         }
         let along = (nalgebra::Rotation2::new(first * sine.asin()) * between).normalize();
         let turns = [angle_between(from.heading, along), angle_between(along, to.heading)];
-        let opposite = turns[0] * first >= -STRAIGHT && turns[1] * first <= STRAIGHT;
+        let opposite = turns[0] * first >= -NO_TURN && turns[1] * first <= NO_TURN;
         let gentle = turns.iter().all(|turn| turn.abs() <= MAX_TURN);
         (opposite && gentle).then_some(Self { radius, turns, along })
     }
@@ -61,7 +61,7 @@ const BEND_SHARE_MOST: f64 = 0.7;
 /// The largest turn of a bend, radians: beyond a right angle the curve is a loop.
 const MAX_TURN: f64 = std::f64::consts::FRAC_PI_2;
 /// Smaller changes of direction, radians, count as none.
-const STRAIGHT: f64 = 1e-9;
+const NO_TURN: f64 = 1e-9;
 
 /// The S-curve between two poses; `None` if the direction reverses or there is no room.
 pub(super) fn join(from: Pose, to: Pose) -> Option<Vec<Pose>> {
@@ -77,7 +77,7 @@ pub(super) fn with_radius(from: Pose, to: Pose, radius: f64, first: f64) -> Opti
 }
 
 fn poses(from: Pose, to: Pose, &SCurve { radius, turns, along }: &SCurve) -> Option<Vec<Pose>> {
-    let bends = turns.map(|turn| turn.abs() > STRAIGHT);
+    let bends = turns.map(|turn| turn.abs() > NO_TURN);
     let mut poses = if bends[0] { arc(from, turns[0], radius).collect() } else { vec![from] };
     // The second bend is computed backwards, so that both ends are exact.
     let back = Pose { point: to.point, heading: -to.heading };

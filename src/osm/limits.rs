@@ -16,7 +16,7 @@ const USUAL: u64 = 8 << 30;
 const SHARE: u64 = 4;
 
 /// Bytes that are looked at together.
-const STEP: usize = 1 << 20;
+const BLOCK: usize = 1 << 20;
 
 static MOST: OnceLock<u64> = OnceLock::new();
 
@@ -59,14 +59,14 @@ pub fn read_within(
     let mut elements = Elements::default();
     loop {
         let before = bytes.len();
-        from.by_ref().take(STEP as u64).read_to_end(&mut bytes).map_err(&failed)?;
+        from.by_ref().take(BLOCK as u64).read_to_end(&mut bytes).map_err(&failed)?;
         if bytes.len() as u64 > most {
             return Err(ReadError::TooLarge { name: name.to_owned(), most });
         }
         if guard(&bytes) {
             elements.pass(bytes.get(before..).unwrap_or_default(), name)?;
         }
-        if bytes.len() - before < STEP {
+        if bytes.len() - before < BLOCK {
             return Ok(bytes);
         }
     }
@@ -75,7 +75,7 @@ pub fn read_within(
 /// Holds the elements of a text to their longest length.
 pub fn hold(text: &[u8], name: &str) -> Result<(), ReadError> {
     let mut elements = Elements::default();
-    text.chunks(STEP).try_for_each(|part| elements.pass(part, name))
+    text.chunks(BLOCK).try_for_each(|part| elements.pass(part, name))
 }
 
 /// Where in a text the last element begins, while parts of it go by.

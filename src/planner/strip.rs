@@ -10,7 +10,7 @@ use crate::lanelet::index::extent;
 use crate::lanelet::index::view::{boxes_meet, covered_by};
 
 /// Metres between two places of a strip.
-const STEP: f64 = 1.0;
+const STRIP_STEP: f64 = 1.0;
 
 /// The outline of what vehicles sweep that drive along the middle of a lanelet.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Strip {
 impl RoadNetwork<'_, '_> {
     /// What vehicles sweep on a lanelet if each keeps this close (m) to its middle; `None` where the lanelet has none.
     pub fn strip(&self, at: usize, astray: f64, params: &Params) -> Option<Strip> {
-        let line = self.center(at)?.resampled(STEP);
+        let line = self.center(at)?.resampled(STRIP_STEP);
         let places = line.points();
         let half = params.half_width() + astray;
         let side = |i: usize, sign: f64| {

@@ -160,10 +160,10 @@ fn with_proj<R>(frame: Frame, use_it: impl FnOnce(Option<&Proj>) -> R) -> R {
 /// Whether a place lies where zones and bands may end, so nearly that the last digits decide on which side.
 fn on_border(place: &LonLat) -> bool {
     /// Degrees: a tenth of a millimetre.
-    const NEAR: f64 = 1e-9;
+    const AT_BORDER: f64 = 1e-9;
     // Rounded without `round`, which is a function call where processors may be old.
     let beside = |degrees: f64| degrees - (degrees + 0.5) as i64 as f64;
-    [place.lon, place.lat].iter().any(|degrees| beside(degrees.abs()).abs() < NEAR)
+    [place.lon, place.lat].iter().any(|degrees| beside(degrees.abs()).abs() < AT_BORDER)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::lanelet::{LineString, LineStringId};
 pub const KINDS: [&str; 3] = ["guard_rail", "wall", "fence"];
 
 /// How far apart (m) a barrier is looked at.
-const STEP: f64 = 0.25;
+const LOOKED_AT_EVERY: f64 = 0.25;
 
 /// A barrier with its places.
 pub struct Barrier<'m> {
@@ -59,7 +59,7 @@ impl<'m> Barrier<'m> {
     pub fn inside(&self, ring: &[Point], deep: impl Fn(Point) -> bool) -> Vec<Point> {
         let [low, high] = extent(ring);
         let length = self.line.length();
-        let pieces = (length / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES);
+        let pieces = (length / LOOKED_AT_EVERY).ceil().clamp(1.0, Polyline::MOST_PIECES);
         let stations = (0..pieces as usize).map(|i| (i as f64 + 0.5) * length / pieces);
         let places = self.line.at_each(stations).into_iter();
         // A fence around a site passes by many lanes, of which each is near only a few of its places.

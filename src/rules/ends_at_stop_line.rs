@@ -10,7 +10,7 @@ use crate::lanelet::{Bound, LineStringId, PointId};
 /// Ends are moved no farther than this, metres: a stop line that is farther away belongs to another place of the lane.
 const FARTHEST: f64 = 3.0;
 /// Ends this close to the line, metres, stay.
-const NEAR: f64 = 0.05;
+const ENDS_ON_LINE: f64 = 0.05;
 
 /// The edits that put both corners of a lane's start onto a stop line: each moves along the bound before it or behind it, and the
 /// vertices that it passes go over to the bounds of the lanes on its other side. `None` where a bound does not lead to the line.
@@ -18,7 +18,7 @@ pub fn onto(map: &MapIndex, lane: usize, line: &StopLine) -> Option<Vec<Edit>> {
     let &before = map.predecessors(lane).first()?;
     let mut edits = Vec::new();
     for (side, (&corner, &place)) in map.lanes[lane].start.ids.iter().zip(&map.lanes[lane].start.points).enumerate() {
-        if off(line, place) <= NEAR {
+        if off(line, place) <= ENDS_ON_LINE {
             continue;
         }
         let bound = |at: usize| {

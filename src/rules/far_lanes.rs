@@ -10,7 +10,7 @@ use crate::lanelet::index::{Edge, MapIndex, Unmarked};
 /// draw areas, none does so by more than 17 m: a wide median, a crosswalk, and the stop line before it.
 const FAR: f64 = 25.0;
 /// Without a stop line a lane is cut this far (m) from where others cross or join it: whoever waits there is out of their way.
-const CLEAR: f64 = 2.0;
+const CUT_BEFORE_CROSSING: f64 = 2.0;
 /// A lane of which an end corner lies this close (m) to a border of another lies beside it: so far end nodes that belong together are
 /// joined.
 const ON_BORDER: f64 = 0.5;
@@ -53,12 +53,12 @@ fn cuts(map: &MapIndex, lanes: &[usize], lane: usize) -> Vec<Across> {
         let beside = || ends_beside(map, lanes, lane).filter(|(station, _)| (first - FAR..=first).contains(station));
         let nearest = beside().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, line)| line);
         let own = nearest.or_else(|| stop_line_before(map, lane, first));
-        lines.push(own.unwrap_or_else(|| across(first - CLEAR)));
+        lines.push(own.unwrap_or_else(|| across(first - CUT_BEFORE_CROSSING)));
     }
     if ends_alone && center.length() - last > FAR {
         let beside = ends_beside(map, lanes, lane).filter(|(station, _)| (last..=last + FAR).contains(station));
         let nearest = beside.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, line)| line);
-        lines.push(nearest.unwrap_or_else(|| across(last + CLEAR)));
+        lines.push(nearest.unwrap_or_else(|| across(last + CUT_BEFORE_CROSSING)));
     }
     lines
 }

@@ -1,7 +1,7 @@
 //! Height of the geoid, the surface of the sea, above the ellipsoid WGS84: coarse, for the whole earth.
 
 /// Degrees between two places of the table.
-const STEP: f64 = 5.0;
+const TABLE_STEP: f64 = 5.0;
 
 /// EGM96 (NIMA and NASA, 1996), rounded to metres: rows from the north pole to the south pole, each eastward from the
 /// meridian of Greenwich. Between the places it is off by 3 m usually, and by 20 m beside deep trenches.
@@ -122,8 +122,8 @@ const EGM96: [[i8; 72]; 37] = [
 
 /// Metres from the ellipsoid up to the geoid, between the places of the table; latitude and longitude in degrees.
 pub fn above_ellipsoid(lat: f64, lon: f64) -> f64 {
-    let down = ((90.0 - lat) / STEP).clamp(0.0, 35.999);
-    let east = (lon.rem_euclid(360.0) / STEP).min(71.999);
+    let down = ((90.0 - lat) / TABLE_STEP).clamp(0.0, 35.999);
+    let east = (lon.rem_euclid(360.0) / TABLE_STEP).min(71.999);
     let (row, column) = (down as usize, east as usize);
     let (v, u) = (down.fract(), east.fract());
     let at = |row: usize, column: usize| f64::from(EGM96[row][column % 72]);

@@ -8,7 +8,7 @@ use crate::lanelet::{LineStringId, PointId};
 /// Ends no farther apart (m) become one: as far as end nodes that lie beside each other are joined.
 const ENDS: f64 = 0.5;
 /// Ends whose heights differ by more (m) are parted by a wall.
-const STEP: f64 = 0.5;
+const WALL_HEIGHT: f64 = 0.5;
 
 /// An end of a way: the node and its place.
 type End = (PointId, Point);
@@ -82,5 +82,5 @@ fn may_become_one(map: &MapIndex, lanes: [usize; 2], from: PointId, to: PointId)
         let [start, end] = [lane.start.ids, lane.end.ids];
         [start, end, [start[0], end[0]], [start[1], end[1]]].into_iter().any(is_both)
     };
-    step <= STEP && !lanes.iter().chain(next).any(|&lane| has_both(&map.lanes[lane]))
+    step <= WALL_HEIGHT && !lanes.iter().chain(next).any(|&lane| has_both(&map.lanes[lane]))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Edit, Subject};
-use crate::lanelet::index::{MapIndex, STRAIGHT, U_TURN};
+use crate::lanelet::index::{MapIndex, STRAIGHT_ON, U_TURN};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PointId, Target};
 
 /// More lanes side by side than these are not merged at once.
@@ -162,7 +162,7 @@ fn tags(map: &MapIndex, lanes: [usize; 2], onto: &Lanelet, first: &Lanelet, seco
         [None, None] => None,
         _ => {
             let turn = lanes.iter().map(|&lane| map.lanes[lane].turn()).sum();
-            set("turn_direction", map.label_for(turn, STRAIGHT, U_TURN).as_str().to_owned())
+            set("turn_direction", map.label_for(turn, STRAIGHT_ON, U_TURN).as_str().to_owned())
         }
     };
     let [a, b] = values("intersection_area");

@@ -11,7 +11,7 @@ use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::parallel::Finely;
 
 /// Distance between measurements along a bound, metres: short compared with any lane.
-const STEP: f64 = 1.0;
+const MEASURED_EVERY: f64 = 1.0;
 
 /// How close two bounds must be to count as one.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,7 @@ fn runs_along(border: &Border, other: &Border, reach: Reach) -> bool {
     if !boxes_meet(border.extent, around) {
         return reach.share <= 0.0;
     }
-    let mut places = border.line.places(STEP);
+    let mut places = border.line.places(MEASURED_EVERY);
     let count = places.len();
     // Of long bounds that only cross, most places need not be looked at.
     let spacing = border.length / (count - 1) as f64;

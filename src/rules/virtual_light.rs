@@ -15,7 +15,7 @@ pub const ANCHOR: &str = "intersection_coordination";
 const EXTRA: f64 = 0.5;
 
 /// The largest distance (m) of the start line before the intersection: within it vehicles and infrastructure reach each other.
-const REACH: f64 = 200.0;
+const START_LINE_WITHIN: f64 = 200.0;
 
 /// The virtual traffic lights of intersections. Others hold back vehicles at shutters and gates, and are free in form.
 pub fn lights<'m>(map: &'m MapIndex) -> impl Iterator<Item = &'m RegulatoryElement> + 'm {
@@ -112,7 +112,7 @@ fn ways_from(map: &MapIndex, line: [Point; 2], lane: usize) -> Vec<Vec<usize>> {
             continue;
         }
         let ahead = if at > 0 { ahead + map.lanes[current].length() } else { 0.0 };
-        for &before in map.predecessors(current).iter().filter(|_| ahead <= REACH) {
+        for &before in map.predecessors(current).iter().filter(|_| ahead <= START_LINE_WITHIN) {
             if known.insert(before) {
                 seen.push((before, Some(at), ahead));
                 open.push_back(seen.len() - 1);

@@ -27,7 +27,7 @@ pub struct Params {
 /// What divides carriageways rather than lanes.
 const BARRIERS: [&str; 5] = ["road_border", "curbstone", "guard_rail", "wall", "fence"];
 /// Distance between the places at which two bounds are compared, metres.
-const STEP: f64 = 0.5;
+const COMPARED_EVERY: f64 = 0.5;
 /// An end no farther than this from a line, metres, lies on it: half the width of the paint.
 const ON_LINE: f64 = 0.05;
 
@@ -201,7 +201,7 @@ fn part(line: &Polyline, other: &Polyline) -> bool {
 
 /// Whether enough of a line lies close to another, around which this is the box of what is close.
 fn runs_along(line: &Polyline, other: &Border, around: [Point; 2], params: &Params) -> bool {
-    let mut places = line.places(STEP);
+    let mut places = line.places(COMPARED_EVERY);
     let mut may_miss = ((1.0 - params.share_least) * places.len() as f64) as usize;
     let mut hint = 0;
     places.all(|place| {

@@ -17,7 +17,7 @@ pub struct Params {
 }
 
 /// Steps along a bound between measurements, metres.
-const STEP: f64 = 5.0;
+const MEASURED_EVERY: f64 = 5.0;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let borders = Borders::of(map);
@@ -45,7 +45,7 @@ fn judge(map: &MapIndex, params: &Params, borders: &Borders, at: usize, side: us
     }
     let line = Polyline::new([&lane.left, &lane.right][side].iter().copied())?;
     let outward = if side == 0 { params.reach } else { -params.reach };
-    let steps = line.resampled(STEP);
+    let steps = line.resampled(MEASURED_EVERY);
     let mut hits: Vec<(f64, LineStringId, Point)> = steps
         .segments()
         .filter_map(|(a, b)| {

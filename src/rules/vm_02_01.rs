@@ -60,7 +60,7 @@ fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
 }
 
 /// A bound farther (m) along a line is not that of the lane which it crosses.
-const REACH: f64 = 10.0;
+const BOUND_ALONG_LINE: f64 = 10.0;
 /// An end this near (m) to a bound, or beyond it, stays where it is.
 const AT_BOUND: f64 = 0.3;
 
@@ -83,7 +83,7 @@ fn lengthened(map: &MapIndex, finding: Finding, line: &StopLine, lane: usize) ->
 fn over_its_lanes(map: &MapIndex, line: &StopLine) -> Option<Vec<Edit>> {
     let way = map.map.linestrings.get(line.way)?;
     let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
-    let reach = Vector::repeat(REACH);
+    let reach = Vector::repeat(BOUND_ALONG_LINE);
     let [low, high] = extent(&line.ends);
     let near = map.lanes_near(low - reach, high + reach).into_iter().map(|lane| &map.lanes[lane]);
     let edges = near.filter(|lane| stops_at(map, lane, line)).flat_map(|lane| [&lane.start, &lane.end]);
@@ -113,7 +113,7 @@ fn to_bounds(map: &MapIndex, line: &StopLine, lane: usize) -> Option<Vec<Edit>> 
     let way = map.map.linestrings.get(line.way)?;
     let lanelet = map.lanes[lane].lanelet;
     let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
-    let [a, b] = [line.ends[0] - along * REACH, line.ends[1] + along * REACH];
+    let [a, b] = [line.ends[0] - along * BOUND_ALONG_LINE, line.ends[1] + along * BOUND_ALONG_LINE];
     let ends = [(*way.points.first()?, line.ends[0], -along), (*way.points.last()?, line.ends[1], along)];
     let mut edits = Vec::new();
     for bound in [lanelet.left, lanelet.right] {

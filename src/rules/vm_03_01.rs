@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
-use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked, declared_area};
+use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT_ON, U_TURN, Unmarked, declared_area};
 use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
@@ -261,7 +261,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
 fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
     let label = |&lane: &usize| {
         let lanelet = map.lanes[lane].lanelet;
-        let label = map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN).as_str();
+        let label = map.label_for(map.lanes[lane].turn(), STRAIGHT_ON, U_TURN).as_str();
         let on = Subject::Lanelet(lanelet.id.0);
         let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
         let is_missing = is_missing && !map.begins_in_a_point(lane);

@@ -21,7 +21,7 @@ pub struct Params {
 }
 
 /// Steps along a line between measurements, metres: bends of a hand-drawn line within one are no bends.
-const STEP: f64 = 1.0;
+const MEASURED_EVERY: f64 = 1.0;
 /// Widths are told to this, metres.
 const EXACT: f64 = 0.01;
 /// Curvature is measured over steps of this length, metres, as Autoware's paths are.
@@ -65,7 +65,7 @@ fn widths(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<
     let lane = &map.lanes[at];
     let bounds = [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied()));
     let [Some(left), Some(right)] = bounds else { return Vec::new() };
-    let middle = center.resampled(STEP);
+    let middle = center.resampled(MEASURED_EVERY);
     let width: Vec<f64> = middle.points().iter().map(|&p| left.distance(p) + right.distance(p)).collect();
     let mut sorted = width.clone();
     sorted.sort_by(f64::total_cmp);
@@ -144,12 +144,13 @@ fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec
 /// The largest change of direction between the metres before and behind a place, degrees. Looked for at even steps and
 /// at the points of the line: a dent between two steps would hide.
 fn sharpest(line: &Polyline) -> Option<(f64, Point)> {
-    let even = line.resampled(STEP);
+    let even = line.resampled(MEASURED_EVERY);
     let steps = turns(&even).into_iter().zip(even.points().iter().skip(1).copied());
     let length = line.length();
     let mut inner = line.stations();
-    inner.retain(|at| (STEP..=length - STEP).contains(at));
-    let [before, here, behind] = [-STEP, 0.0, STEP].map(|by| line.at_each(inner.iter().map(|at| at + by)));
+    inner.retain(|at| (MEASURED_EVERY..=length - MEASURED_EVERY).contains(at));
+    let [before, here, behind] =
+        [-MEASURED_EVERY, 0.0, MEASURED_EVERY].map(|by| line.at_each(inner.iter().map(|at| at + by)));
     let corners =
         (0..inner.len()).map(|i| (angle_between(here[i] - before[i], behind[i] - here[i]).to_degrees(), here[i]));
     let bends = steps.chain(corners).map(|(turn, place)| (turn.abs(), place));
@@ -170,7 +171,7 @@ fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> 
     let lane = &map.lanes[at];
     let ends = headings(map, at);
     let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
-        let mut turns = turns(&line.resampled(STEP));
+        let mut turns = turns(&line.resampled(MEASURED_EVERY));
         let jagged = to_and_fro(&turns) - asked(&line, &ends);
         let limits = if way.is_some() { params.jagged } else { [params.jagged_center, f64::INFINITY] };
         grade(jagged, limits)?;
@@ -211,7 +212,7 @@ fn bends_next_to(map: &MapIndex, at: usize, name: &str, before: bool) -> Vec<f64
     let bend = |&lane: &usize| {
         let lane = &map.lanes[lane];
         let (_, _, line) = lines(lane, lane.center.as_ref()?).into_iter().find(|line| line.0 == name)?;
-        let turns = turns(&line.resampled(STEP));
+        let turns = turns(&line.resampled(MEASURED_EVERY));
         let count = turns.len().min(BEND_STEPS);
         let near = if before { &turns[turns.len() - count..] } else { &turns[..count] };
         (count > 1).then(|| near.iter().sum::<f64>() / count as f64)
@@ -272,7 +273,7 @@ mod tests {
     use super::*;
 
     fn zig_zag(line: &Polyline) -> f64 {
-        to_and_fro(&turns(&line.resampled(STEP)))
+        to_and_fro(&turns(&line.resampled(MEASURED_EVERY)))
     }
 
     fn line(place: impl Fn(f64) -> f64) -> Polyline {

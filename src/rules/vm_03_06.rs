@@ -18,7 +18,7 @@ pub struct Params {
 }
 
 /// Distance between the places where a bound is compared with its guide line, metres.
-const STEP: f64 = 1.0;
+const COMPARED_EVERY: f64 = 1.0;
 
 /// A painted line, from where it leaves the stop line.
 struct Guide {
@@ -112,14 +112,14 @@ fn candidates<'a>(map: &'a MapIndex, params: &Params, movement: &'a Movement, gu
     for line in [guide.line.clone(), guide.line.reversed()] {
         let distance = |side: usize| (line.first() - lane.start.points[side]).norm();
         let side = usize::from(distance(1) < distance(0));
-        let along = (line.at(STEP) - line.first()).normalize();
+        let along = (line.at(COMPARED_EVERY) - line.first()).normalize();
         let turned = angle_between(heading, along).abs().to_degrees();
         if distance(side) > params.start || turned > params.heading {
             continue;
         }
         let points = if side == 0 { &lane.left } else { &lane.right };
         let Some(bound) = Polyline::new(points.iter().copied()) else { continue };
-        let samples = line.resampled(STEP);
+        let samples = line.resampled(COMPARED_EVERY);
         let off = samples.points().iter().map(|&p| (bound.distance(p), p));
         let Some(off) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         found.push(Candidate { movement, lane, side, bound, guide: line, off });
@@ -129,7 +129,7 @@ fn candidates<'a>(map: &'a MapIndex, params: &Params, movement: &'a Movement, gu
 
 /// Two lanelets of one turn must part where the line ends, not before.
 fn early_divergence(params: &Params, guide: &Guide, best: &Candidate, other: &Candidate) -> Option<Finding> {
-    let samples = best.guide.resampled(STEP);
+    let samples = best.guide.resampled(COMPARED_EVERY);
     let count = samples.points().len() - 1;
     let length = best.guide.length();
     let apart = |p: Point| other.bound.distance(best.bound.project(p).point);

@@ -58,7 +58,7 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
         return None;
     }
     let message = format!("Driveway lanelet {} joins a public road but lacks turn_direction.", lane.id);
-    let label = map.label_for(lane.turn(), crate::lanelet::index::STRAIGHT, crate::lanelet::index::U_TURN).as_str();
+    let label = map.label_for(lane.turn(), crate::lanelet::index::STRAIGHT_ON, crate::lanelet::index::U_TURN).as_str();
     let edits = vec![Edit::SetTag { on: subject, key: "turn_direction".into(), value: label.into() }];
     let finding = Finding::new("exit-no-turn", subject, message).with(next, "road");
     Some(finding.fixed_by(format!("set turn_direction={label}"), true, edits))

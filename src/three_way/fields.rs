@@ -193,9 +193,9 @@ fn settle_single_roles<'m>(
 /// made of the same.
 pub(super) fn are_alike(kind: ElementKind, ours: &Content, theirs: &Content) -> bool {
     /// Two people, or one change on two branches, put the same point this close, metres.
-    const NEAR: f64 = 1.0;
+    const SAME_NEW_POINT: f64 = 1.0;
     match kind {
-        ElementKind::Node => ours.position.metres_to(&theirs.position).is_some_and(|metres| metres < NEAR),
+        ElementKind::Node => ours.position.metres_to(&theirs.position).is_some_and(|metres| metres < SAME_NEW_POINT),
         ElementKind::Way => mostly_shared(&ours.nodes, &theirs.nodes),
         ElementKind::Relation => mostly_shared(&ours.members, &theirs.members),
     }

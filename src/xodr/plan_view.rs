@@ -87,7 +87,7 @@ fn slope([_, b, c, d]: [f64; 4], at: f64) -> f64 {
 }
 
 /// A curvature, 1/m, below which an arc is a line.
-const STRAIGHT: f64 = 1e-12;
+const STRAIGHT_CURVATURE: f64 = 1e-12;
 /// A turn of a spiral, radians, for each part of its integral; ...
 const TURN: f64 = 1.0;
 /// ... but no more parts than this: a spiral that winds more often is damaged.
@@ -104,7 +104,7 @@ impl PlanRecord {
     /// Its own coordinates, and the change of direction.
     fn own(&self, distance: f64) -> (f64, f64, f64) {
         match self.shape {
-            Shape::Arc(curvature) if curvature.abs() > STRAIGHT => {
+            Shape::Arc(curvature) if curvature.abs() > STRAIGHT_CURVATURE => {
                 let turn = curvature * distance;
                 (turn.sin() / curvature, (1.0 - turn.cos()) / curvature, turn)
             }

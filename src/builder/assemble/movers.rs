@@ -5,7 +5,7 @@ use crate::builder::control::priority_road::{PriorityArm, give_way};
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::approach_control::{Control, sign_at};
-use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
@@ -94,7 +94,7 @@ impl IntersectionAssembly<'_> {
             .map(|path| {
                 let arm = path.movement.from;
                 let turn = match path.turn * near {
-                    t if t.abs() <= STRAIGHT => Turn::Straight,
+                    t if t.abs() <= STRAIGHT_ON => Turn::Straight,
                     t if t > 0.0 => Turn::Near,
                     _ => Turn::Far,
                 };

@@ -8,7 +8,7 @@ use crate::geometry::{Point, left_of, polygon};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
 
 /// A corner closer than this, metres, to a node of a cut is that node.
-const SAME: f64 = 0.01;
+const SAME_NODE: f64 = 0.01;
 /// A crosswalk reaches this far, metres, over the kerbs, as people draw it. Without this length a crosswalk over a single lane would
 /// lie inside the lane, and TIER IV's validator would report two lanes that do not share their borders.
 const OVER_KERB: f64 = 0.7;
@@ -26,7 +26,7 @@ pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing
     let mut side = |name: &str, along: f64| {
         let ends = [("from", left), ("to", right)].map(|(end, offset)| {
             let place = middle + direction * along + left_of(direction) * offset;
-            let known = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
+            let known = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME_NODE);
             known.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
         });
         assembly.line(key.word(name), ends.to_vec(), Attributes::of(&[("type", "pedestrian_marking")]))

@@ -8,7 +8,7 @@ use crate::geometry::{Point, Vector, angle_between, left_of, polygon, polyline, 
 pub const BEHIND: f64 = 1.0;
 /// The largest distance of lights from the stop line, metres: drivers must see them. The Manual on Uniform Traffic Control Devices
 /// (section 4D.14) lets a head be 180 ft away, 55 m, without another one nearer.
-const REACH: f64 = 50.0;
+const SEEN_FROM: f64 = 50.0;
 /// A mast stands at most this far, metres, from the edge of a lane: of arms that carry lights over the road few are longer, and poles
 /// stand 0.5 to 3 m behind the kerb.
 const FROM_LANE: f64 = 3.0;
@@ -17,7 +17,7 @@ const ASIDE: usize = 10;
 /// ... and stands behind another road only if that leads on within this angle, degrees: it is seen from the stop line.
 const AHEAD: f64 = 30.0;
 /// From the edge of the kerb lane to a mast at the near side, metres.
-const NEAR: f64 = 1.0;
+const MAST_FROM_KERB_LANE: f64 = 1.0;
 /// Of the lanes of an arm this length, metres, counts.
 const LANE: f64 = 15.0;
 
@@ -49,18 +49,18 @@ impl LightGround<'_> {
     pub fn place(&self, aim: &LightAim) -> Point {
         let aside = (1..=ASIDE).flat_map(|metres| [metres as f64, -(metres as f64)]);
         let ahead = std::iter::once(0.0).chain(aside).filter_map(|aside| self.behind_far_edge(aim, aside));
-        let near = || aim.start + aim.kerbward * (aim.half + NEAR);
+        let near = || aim.start + aim.kerbward * (aim.half + MAST_FROM_KERB_LANE);
         ahead.chain(self.behind_roads(aim)).find(|place| self.carries_mast(*place)).unwrap_or_else(near)
     }
 
     /// Behind the last edge of the ground that is met straight ahead of a place beside the middle of the lanes.
     fn behind_far_edge(&self, aim: &LightAim, aside: f64) -> Option<Point> {
         let from = aim.start + aim.kerbward * aside;
-        let to = from + aim.heading * (2.0 * REACH);
+        let to = from + aim.heading * (2.0 * SEEN_FROM);
         let edges = self.rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
-        let met = edges.filter_map(|(a, b)| Some(segment_crossing(from, to, *a, *b)?.0 * 2.0 * REACH));
+        let met = edges.filter_map(|(a, b)| Some(segment_crossing(from, to, *a, *b)?.0 * 2.0 * SEEN_FROM));
         let far = met.fold(0.0, f64::max) + BEHIND;
-        (far <= REACH).then(|| from + aim.heading * far)
+        (far <= SEEN_FROM).then(|| from + aim.heading * far)
     }
 
     /// Behind the ends of the roads that lead on about straight ahead, the straightest first.
@@ -70,7 +70,7 @@ impl LightGround<'_> {
             let place = nalgebra::center(&first.pose.point, &last.pose.point) - arm.inward * BEHIND;
             let angle = angle_between(aim.heading, place - aim.start).abs().to_degrees();
             let turn = angle_between(aim.heading, -arm.inward).abs().to_degrees();
-            (angle.max(turn) <= AHEAD && (place - aim.start).norm() <= REACH).then_some((angle, place))
+            (angle.max(turn) <= AHEAD && (place - aim.start).norm() <= SEEN_FROM).then_some((angle, place))
         };
         let mut places: Vec<(f64, Point)> = self.arms.iter().filter_map(place).collect();
         places.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -19,11 +19,11 @@ use super::crosswalk::pedestrian_attributes;
 /// A walkway reaches this far, metres, beyond the lanes that cross it: Autoware requires 3 m.
 const BEYOND: f64 = 3.1;
 /// Lanes that cross a sidewalk are sought up to this distance, metres, from its begin.
-const REACH: f64 = 40.0;
+const LANES_WITHIN: f64 = 40.0;
 /// Lanes farther than this, metres, from the others belong to another road.
 const APART: f64 = 6.0;
 /// Distance of a walkway from the kerb, metres: the lanes along the road end there.
-const CLEAR: f64 = 0.2;
+const WALKWAY_FROM_KERB: f64 = 0.2;
 /// Least and largest width of a walkway, metres.
 const WIDTH: [f64; 2] = [1.0, 3.0];
 /// Lanelets that share at least this area, square metres, with a walkway cross it.
@@ -147,14 +147,14 @@ fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[Outlined]) -> Option<[Vec<
             straight.then_some((a.place, along, a.width.min(b.width), [0.0, (b.place - a.place).norm()]))?
         }
         [Some(a), None] => (a.place, a.ahead, a.width, [0.0; 2]),
-        [None, Some(b)] => (b.place + b.ahead * REACH, -b.ahead, b.width, [REACH; 2]),
+        [None, Some(b)] => (b.place + b.ahead * LANES_WITHIN, -b.ahead, b.width, [LANES_WITHIN; 2]),
         [None, None] => return None,
     };
-    let half = (width.clamp(WIDTH[0], WIDTH[1]) / 2.0 - CLEAR).max(WIDTH[0] / 2.0);
+    let half = (width.clamp(WIDTH[0], WIDTH[1]) / 2.0 - WALKWAY_FROM_KERB).max(WIDTH[0] / 2.0);
     let left = left_of(along);
     let bounds =
         |from: f64, to: f64| [half, -half].map(|offset| [from, to].map(|s| start + along * s + left * offset).to_vec());
-    let band = ring(&bounds(-REACH, 2.0 * REACH));
+    let band = ring(&bounds(-LANES_WITHIN, 2.0 * LANES_WITHIN));
     let crossed = crossing.iter().flat_map(|(_, lane)| polygon::intersection(lane, &band));
     let span = |part: geo::Polygon| {
         let stations = part.exterior().coords().map(|c| (Point::new(c.x, c.y) - start).dot(&along));

@@ -8,7 +8,7 @@ use crate::builder::lanes::side_lanes::{attributes, bounds};
 use crate::builder::lanes::types::{ArmLane, Lanes};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::turn_angle::{STRAIGHT, turn};
+use crate::builder::network::turn_angle::{STRAIGHT_ON, turn};
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{CrossSection, StripKind};
 use crate::builder::tags::marking::unpainted;
@@ -29,7 +29,7 @@ const CORNER_MOST: f64 = 150.0;
 /// squeezed by the lanelets beside it, or fills a gap between them, is no lane.
 const UNEVEN_MOST: f64 = 0.5;
 /// The distance between the places at which the width is measured, metres.
-const STEP: f64 = 1.0;
+const WIDTH_EVERY: f64 = 1.0;
 
 /// The end of a bicycle lane at an intersection.
 #[derive(Clone, Debug)]
@@ -164,7 +164,7 @@ impl BicycleLaneEnds {
 /// Whether a lanelet between two bounds keeps the widths of its ends. It is true of a lanelet without length.
 fn is_even([left, right]: [&[Point]; 2]) -> bool {
     let Some(center) = center_line(left, right) else { return true };
-    let places = center.resampled(STEP);
+    let places = center.resampled(WIDTH_EVERY);
     let lines = [left, right].map(|bound| Polyline::new(bound.iter().copied()));
     let width = |place: &Point| lines.iter().flatten().map(|line| line.distance(*place)).sum::<f64>();
     let widths: Vec<f64> = places.points().iter().map(width).collect();
@@ -206,8 +206,8 @@ impl BicycleLaneEnd {
             Some(Edge::Right) => -turn,
             None => f64::NAN,
         };
-        let corner = turns == BicycleTurns::All && (STRAIGHT..=CORNER_MOST).contains(&toward_edge);
-        (turn.abs() <= STRAIGHT || corner) && self.edge.zip(to.edge).is_none_or(|(from, to)| from == to)
+        let corner = turns == BicycleTurns::All && (STRAIGHT_ON..=CORNER_MOST).contains(&toward_edge);
+        (turn.abs() <= STRAIGHT_ON || corner) && self.edge.zip(to.edge).is_none_or(|(from, to)| from == to)
     }
 }
 

@@ -7,7 +7,7 @@ mod tests;
 
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::geometry::{angle_between, cross};
 
@@ -201,7 +201,7 @@ fn go_straight_on_to_all(
     let through = |i: &usize| lanes[*i].1.arrows.has(Arrows::THROUGH) && goals[*i].contains(&nearest);
     let through: Vec<usize> = (0..lanes.len()).filter(through).collect();
     let is_untold = |t: &usize| goals.iter().all(|of| !of.contains(t));
-    let others = (0..targets.len()).filter(|&t| t != nearest && ahead(t) <= STRAIGHT && !targets[t].turns_back());
+    let others = (0..targets.len()).filter(|&t| t != nearest && ahead(t) <= STRAIGHT_ON && !targets[t].turns_back());
     let others: Vec<usize> = others.filter(is_untold).collect();
     if through.len() > room[nearest] {
         for lane in through {
@@ -275,7 +275,8 @@ fn single_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<
     let towards = |turns: fn(f64) -> bool| -> Vec<usize> {
         (0..targets.len()).filter(|&t| turns(targets[t].turn) && (only_u_turns || !targets[t].turns_back())).collect()
     };
-    let [straight, lefts, rights] = [|t: f64| t.abs() <= STRAIGHT, |t| t > STRAIGHT, |t| t < -STRAIGHT].map(towards);
+    let [straight, lefts, rights] =
+        [|t: f64| t.abs() <= STRAIGHT_ON, |t| t > STRAIGHT_ON, |t| t < -STRAIGHT_ON].map(towards);
     let goals = |(i, (_, lane)): (usize, &(usize, &ArmLane))| {
         let mut goals = arrow_goals(lane.arrows, targets);
         if goals.is_empty() {
@@ -315,7 +316,7 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
         pairs.iter().map(|&(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum()
     };
     let chosen = match target.turn {
-        turn if turn.abs() <= STRAIGHT => choices.into_iter().min_by(|a, b| sideways(a).total_cmp(&sideways(b))),
+        turn if turn.abs() <= STRAIGHT_ON => choices.into_iter().min_by(|a, b| sideways(a).total_cmp(&sideways(b))),
         turn if turn > 0.0 || k > n => choices.into_iter().next(),
         _ => choices.into_iter().next_back(),
     };

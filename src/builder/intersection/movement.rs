@@ -2,7 +2,7 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::turn_angle::{STRAIGHT, turn};
+use crate::builder::network::turn_angle::{STRAIGHT_ON, turn};
 use crate::builder::network::{Intersection, MOST_ARMS, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
@@ -233,7 +233,7 @@ fn u_turn(paths: StreetPaths, from: usize, arm: &Arm, open: &[TurnTarget], targe
     // If every lane has arrows, a lane from which vehicles may turn back has an arrow for that, or one to a side where no other road is.
     let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
     let is_meant = |(toward, _): &(f64, Arrows)| {
-        !open.iter().any(|other| !other.turns_back() && toward * other.arrow_turn > STRAIGHT)
+        !open.iter().any(|other| !other.turns_back() && toward * other.arrow_turn > STRAIGHT_ON)
     };
     let may_turn = sides.into_iter().filter(|side| arm.at.road != target.arm.at.road && (!told || is_meant(side)));
     let mut turns = may_turn.filter_map(|side| u_turn_toward(paths, side, told, arm, target));

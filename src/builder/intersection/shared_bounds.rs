@@ -75,7 +75,7 @@ pub struct PreferredBounds {
 
 impl PreferredBounds {
     /// Bounds that differ by no more than this, metres, are the same.
-    const SAME: f64 = 0.02;
+    const SAME_BOUND: f64 = 0.02;
 
     /// Of the movements of one intersection.
     pub fn new(movements: &[SmoothBounds]) -> Self {
@@ -103,7 +103,7 @@ impl PreferredBounds {
     fn midway(both: &[PreferredBound; 2]) -> Option<Vec<Point>> {
         let [first, second] = both;
         let (a, b) = (first.line, second.line);
-        if follows(a, b, Self::SAME) && follows(b, a, Self::SAME) {
+        if follows(a, b, Self::SAME_BOUND) && follows(b, a, Self::SAME_BOUND) {
             return None;
         }
         let (a, b) = (first.upward()?, second.upward()?);

@@ -20,7 +20,7 @@ const TURN_MOST: f64 = 5.24;
 /// The way begins and ends along its lanes but for this angle, radians (10 degrees).
 const ALONG: f64 = 0.175;
 /// The lines of streets that meet are continued by at most this to where they cross, metres.
-const REACH: f64 = 12.0;
+const CONTINUED_BY: f64 = 12.0;
 /// Corners of a line are mitred up to this many times its distance from the middle of the street.
 const MITER: f64 = 2.0;
 
@@ -118,7 +118,7 @@ fn join(way: &mut Vec<Point>, mut next: Vec<Point>) {
         && let Some((_, _, place)) = line_crossing(*b, b - a, *c, d - c)
         && (place - b).dot(&(b - a)) > 0.0
         && (c - place).dot(&(d - c)) > 0.0
-        && (place - b).norm().max((c - place).norm()) <= REACH
+        && (place - b).norm().max((c - place).norm()) <= CONTINUED_BY
     {
         way.push(place);
     }

@@ -2,7 +2,7 @@
 
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Intersection;
-use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::marking::unpainted;
 use crate::lanelet::{PolygonId, TurnDirection};
 
@@ -11,7 +11,7 @@ use super::turning_lanelets::{IntersectionPaint, TurningLanelet, paint};
 /// The turn direction of a lanelet, by its change of direction.
 pub fn turn_direction(path: &TurningLanelet) -> TurnDirection {
     match path.turn {
-        turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+        turn if turn.abs() <= STRAIGHT_ON => TurnDirection::Straight,
         turn if turn > 0.0 => TurnDirection::Left,
         _ => TurnDirection::Right,
     }

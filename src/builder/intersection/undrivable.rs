@@ -19,7 +19,7 @@ const SWING: f64 = 8.0;
 /// Two lanelets that lead to different roads may turn by this angle, degrees, in the wrong order.
 const WRONG_ORDER: f64 = 5.0;
 /// Lanelets that share less than this, square metres, keep clear of each other.
-const CLEAR: f64 = 0.5;
+const CLEAR_OVERLAP: f64 = 0.5;
 /// Lanelets that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.01;
 
@@ -117,9 +117,9 @@ fn run_into_each_other(a: &TurningLanelet, b: &TurningLanelet) -> bool {
     let (l, r) = (left.movement, right.movement);
     let shared = || polygon::overlap(&a.outline, &b.outline);
     if l.to == r.to {
-        return l.out_lane > r.out_lane || shared() > CLEAR;
+        return l.out_lane > r.out_lane || shared() > CLEAR_OVERLAP;
     }
-    shared() > if left.turn < right.turn - WRONG_ORDER { TOUCHING } else { CLEAR }
+    shared() > if left.turn < right.turn - WRONG_ORDER { TOUCHING } else { CLEAR_OVERLAP }
 }
 
 #[cfg(test)]

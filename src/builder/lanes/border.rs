@@ -14,7 +14,7 @@ use crate::lanelet::{Bound, PointId};
 use super::lanelet_validity::{are_read_as_drawn, is_simple, with_centred_middle};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders; more where these would cross.
-const CLEAR: f64 = 0.5;
+const CORNER_FROM_CUT: f64 = 0.5;
 /// Corners are mitred up to this bend, degrees, and rounded beyond it.
 const MITER: f64 = 30.0;
 /// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
@@ -79,7 +79,7 @@ fn border_places(
         let edges = 0..nodes[0].len();
         edges.map(|edge| Some(border(road, kept, clear, road.section.edge(edge), ends(edge)?))).collect()
     };
-    let mut clear = CLEAR;
+    let mut clear = CORNER_FROM_CUT;
     let mut places = drawn(clear);
     while clear < kept[1] - kept[0] && !all_lanes(road, &places, |lane| is_simple(lane)) {
         clear *= 2.0;

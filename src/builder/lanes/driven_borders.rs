@@ -13,7 +13,7 @@ const APART: f64 = 0.35;
 /// ... along this share of the shorter one.
 const SHARE: f64 = 0.7;
 /// The distance between measurements along a border, metres.
-const STEP: f64 = 1.0;
+const MEASURED_EVERY: f64 = 1.0;
 /// The side of the cells by which borders are found, metres.
 const CELL: f64 = 50.0;
 
@@ -52,7 +52,7 @@ impl DrivenBorders {
 /// Whether most of the shorter of two lines lies along the other.
 fn are_one_line(a: &Polyline, b: &Polyline) -> bool {
     let [short, long] = if a.length() <= b.length() { [a, b] } else { [b, a] };
-    let (places, mut hint) = (short.places(STEP), 0);
+    let (places, mut hint) = (short.places(MEASURED_EVERY), 0);
     let count = places.len();
     let close = places.filter(|place| long.reaches(*place, APART, &mut hint)).count();
     close as f64 >= SHARE * count as f64

@@ -26,7 +26,7 @@ const PARALLEL: f64 = 0.966;
 const LEVEL: f64 = 0.05;
 /// Roads that differ in height by more than this, metres, share no corner. There is no room for a wall within [`GAP`];
 /// smaller steps come from ramps of different lengths, whose grades are not well known.
-const STEP: f64 = 0.5;
+const HEIGHT_STEP: f64 = 0.5;
 /// The largest change of a setback, metres, by which a road is cut level with its neighbour ...
 const LEVEL_MOST: f64 = 12.0;
 /// ... and with one across a median, as the other carriageway of one street: its stop line goes on to where this road is cut ...
@@ -175,7 +175,7 @@ fn gore_corner(network: &RoadNetwork, lines: &ConnectionLines, edges: [EdgeAt; 2
     let place = nalgebra::center(&a, &b);
     let level = || {
         let [a, b] = edges.map(|(at, _)| Ground::under(network.road(at.road)).at(place));
-        (a - b).abs() <= STEP
+        (a - b).abs() <= HEIGHT_STEP
     };
     let (at, edge) = edges[0];
     let key = network.road(at.road).key_of("seam").number(at.end.index() as i64).number(edge as i64);

@@ -354,7 +354,7 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
 /// setback allows.
 fn clear_of_bends(road: &Road, (least, firm, left): (Stations, [f64; 2], f64), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
-    const STRAIGHT: f64 = HEADING_REACH;
+    const STRAIGHT_BEHIND_CUT: f64 = HEADING_REACH;
     /// ... or bends by no more than this, degrees, where the cut moves up the road by this, metres. The first that some place keeps
     /// counts: a short way to a straight road is worth it, a longer one only where the bend is sharp.
     const BENDS_MOST: [(f64, RangeInclusive<f64>); 3] = [(5.0, 0.0..=3.0), (10.0, ANYWHERE), (20.0, ANYWHERE)];
@@ -375,8 +375,9 @@ fn clear_of_bends(road: &Road, (least, firm, left): (Stations, [f64; 2], f64), m
         };
         let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST.max(2.0 * half));
         let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
-        let is_clear =
-            |depth: f64, most: f64| bend([depth, STRAIGHT]) <= most && bend([depth, half]) <= INNER_BEND_MOST;
+        let is_clear = |depth: f64, most: f64| {
+            bend([depth, STRAIGHT_BEHIND_CUT]) <= most && bend([depth, half]) <= INNER_BEND_MOST
+        };
         let nearest = |(most, moves): &(f64, RangeInclusive<f64>)| {
             both_ways.clone().find(|depth| moves.contains(depth) && is_clear(*depth, *most))
         };

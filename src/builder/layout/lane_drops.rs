@@ -21,9 +21,9 @@ const SHARE: f64 = 0.6;
 /// ... which has at least this length, metres, between its cuts.
 const LEAST_LEFT: f64 = 25.0;
 /// No crossing, light or sign lies nearer to the end of additional lanes than this, metres: there the road tapers.
-const CLEAR: f64 = 20.0;
+const CONTROL_FROM_DROP: f64 = 20.0;
 /// Places at which a road is measured for room lie this far apart, metres; the first one this far behind its cut.
-const STEP: f64 = 3.0;
+const MEASURED_EVERY: f64 = 3.0;
 /// Between additional lanes and another road there is at least this, metres.
 const GAP: f64 = 0.3;
 
@@ -103,7 +103,7 @@ pub(super) fn divisible(layout: &Layout, at: RoadEnd, behind: f64) -> Option<f64
     let far_node = road.node(at.end.other());
     let is_clear = road.features.iter().filter(|feature| feature.node != far_node).all(|feature| {
         let depth = from_cut(whole, at.end, feature.station);
-        (depth - length).abs() > CLEAR && (depth < length || !leads_to(feature.kind, at))
+        (depth - length).abs() > CONTROL_FROM_DROP && (depth < length || !leads_to(feature.kind, at))
     });
     is_clear.then_some(length)
 }
@@ -145,7 +145,7 @@ impl<'a> Neighbours<'a> {
         let whole = [0.0, road.line.length()];
         let cut = from_cut(whole, drop.at.end, layout.lines.kept[drop.at.road][drop.at.end]);
         let reaches = drop.reaches(road, layout.network.side);
-        let depths = (1..).map(|i| cut + STEP * f64::from(i)).take_while(|depth| *depth < drop.length);
+        let depths = (1..).map(|i| cut + MEASURED_EVERY * f64::from(i)).take_while(|depth| *depth < drop.length);
         let stations = depths.map(|depth| at_depth(whole, drop.at.end, depth));
         let mut edges = stations.flat_map(|station| {
             let (middle, left) = (road.line.at(station), left_of(road.line.direction(station)));

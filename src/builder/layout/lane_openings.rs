@@ -17,7 +17,7 @@ use super::map_layout::Layout;
 /// A lane opens over at least this length, metres: six times its width.
 const LEAST: f64 = 20.0;
 /// Blocks of lanes lie equally straight ahead if they differ by less than this, metres.
-const SAME: f64 = 0.5;
+const EQUALLY_AHEAD: f64 = 0.5;
 
 /// The ends of roads where lanes are closed, so that only one more begins, or ends, at a place; at most one end of each road.
 pub fn lane_openings(layout: &Layout) -> Vec<LaneOpening> {
@@ -108,7 +108,7 @@ fn straightest_block(side: DrivingSide, few: Lanes, wide: Lanes) -> Range<usize>
     };
     let starts = 0..=lanes.len() - size;
     let least = starts.clone().map(|start| aside(&start)).fold(f64::INFINITY, f64::min);
-    let mut straight = starts.filter(|start| aside(start) < least + SAME);
+    let mut straight = starts.filter(|start| aside(start) < least + EQUALLY_AHEAD);
     let start = if outer_is_last(side, travel) { straight.next() } else { straight.next_back() };
     let start = start.unwrap_or_default();
     start..start + size

@@ -35,9 +35,9 @@ const CLEARING: f64 = 1.0;
 /// ... until it lies this far, metres, behind the outline of the streets.
 const CLEARING_MOST: f64 = 30.0;
 /// Lengths of roads that differ by less than this, metres, are the same.
-const SAME: f64 = 0.05;
+const SAME_LENGTH: f64 = 0.05;
 /// A cut lies this far, metres, behind the lanelet that would run over it.
-const CLEAR: f64 = 0.2;
+const BEHIND_LANELET: f64 = 0.2;
 
 /// What is drawn at one end of a road longer than this, metres, does not depend on where its other end is cut.
 const SHORT: f64 = 50.0;
@@ -208,7 +208,7 @@ impl Layout {
 
     /// Whether a road cannot be cut back farther.
     pub(super) fn is_spent(&self, road: RoadIx) -> bool {
-        self.left(road) < self.least_left(road) + SAME
+        self.left(road) < self.least_left(road) + SAME_LENGTH
     }
 
     /// Whether a road can give more to turns: it keeps room for a waiting vehicle, or some that would make turns easier.
@@ -260,7 +260,7 @@ impl Layout {
             .flatten()
             .filter(|turning| !turning.unchanged)
             .flat_map(|turning| &turning.overlapped_ends);
-        let behind = |(at, depth): &(RoadEnd, f64)| (*at, (self.setback(*at) + depth + CLEAR).min(BACK_MOST));
+        let behind = |(at, depth): &(RoadEnd, f64)| (*at, (self.setback(*at) + depth + BEHIND_LANELET).min(BACK_MOST));
         let wanted: Vec<(RoadEnd, f64)> = over.map(behind).collect();
         self.set_back(wanted, TOUCH)
     }

@@ -4,7 +4,7 @@ use crate::geometry::Point;
 use crate::lanelet::PointId;
 
 /// Points of an intersection closer than this, metres, are one, such as points of two bounds where these cross.
-const SAME: f64 = 2e-3;
+const SAME_POINT: f64 = 2e-3;
 /// A field of the table is a square of two to the power of this number of cells along either side (13 cm): few points share a
 /// field, and most places have all their neighbours in their own.
 const FIELD: u32 = 6;
@@ -59,7 +59,7 @@ impl PointIndex {
                 next = placed.before;
                 let apart = placed.place - place;
                 // A root is expensive, and few points are so near.
-                if apart.norm_squared() < 2.0 * SAME * SAME && apart.norm() < SAME {
+                if apart.norm_squared() < 2.0 * SAME_POINT * SAME_POINT && apart.norm() < SAME_POINT {
                     let order = |at: u32| (cell(self.points[at as usize].place), std::cmp::Reverse(at));
                     found = Some(found.map_or(at, |found| if order(at) < order(found) { at } else { found }));
                 }
@@ -93,7 +93,7 @@ impl PointIndex {
 fn cell(place: Point) -> Cell {
     // Faster than `round`, which is a function call on processors without an instruction for it.
     let rounded = |cells: f64| (cells + 0.5_f64.copysign(cells)) as i64;
-    (rounded(place.x / SAME), rounded(place.y / SAME))
+    (rounded(place.x / SAME_POINT), rounded(place.y / SAME_POINT))
 }
 
 fn field((x, y): Cell) -> Cell {

@@ -14,11 +14,11 @@ use super::frame::level;
 use super::way_pieces::WayPiece;
 
 /// A bridge reaches this far from the middle of the road below, metres along its way: over a motorway with its shoulders.
-const REACH: f64 = 30.0;
+const HALF_BRIDGE: f64 = 30.0;
 /// Between a bridge and the end of a piece there is at least this, metres; else the bridge reaches to the end.
 const LEAST: f64 = 10.0;
 /// A bridge does not end nearer than this to a node, metres.
-const CLEAR: f64 = 1.0;
+const BRIDGE_FROM_NODE: f64 = 1.0;
 /// Places along a segment are told apart by a tenth of a metre.
 const UNITS_PER_METRE: f64 = 10.0;
 /// Ways that cross at an angle with a smaller sine than this, 30 degrees, rather lead beside each other, as a ramp does that is drawn
@@ -198,7 +198,7 @@ impl AssumedLevels {
 fn span_around(piece: &WayPiece, positions: &FxHashMap<i64, Point>, station: f64) -> [f64; 2] {
     let stations = stations(piece, positions);
     let length = stations.last().copied().unwrap_or_default();
-    let [from, to] = [station - REACH, station + REACH].map(|end| clear_of(&stations, end));
+    let [from, to] = [station - HALF_BRIDGE, station + HALF_BRIDGE].map(|end| clear_of(&stations, end));
     [if from < LEAST { 0.0 } else { from }, if to > length - LEAST { length } else { to }]
 }
 
@@ -227,6 +227,6 @@ pub(super) fn stations(piece: &WayPiece, positions: &FxHashMap<i64, Point>) -> V
 
 /// The nearest place to this one that is not close to a node, metres.
 fn clear_of(stations: &[f64], end: f64) -> f64 {
-    let near = stations.iter().find(|station| (end - **station).abs() < CLEAR);
-    near.map_or(end, |station| station + CLEAR)
+    let near = stations.iter().find(|station| (end - **station).abs() < BRIDGE_FROM_NODE);
+    near.map_or(end, |station| station + BRIDGE_FROM_NODE)
 }

@@ -25,7 +25,7 @@ pub struct Island {
 
 /// How far an island may lie from the node of an intersection whose outline it reaches into, metres: outlines end at stop
 /// lines, before the crossings.
-const NEAR: f64 = 40.0;
+const ISLAND_FROM_NODE: f64 = 40.0;
 /// A smaller area, square metres, is a post.
 const LEAST: f64 = 0.5;
 /// A larger area, square metres, is a park or a block; its edge is not a kerb of the intersection.
@@ -38,16 +38,17 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &[Road], int
     if boxes.is_empty() {
         return;
     }
-    let cells = SpatialHash::new(boxes, NEAR);
+    let cells = SpatialHash::new(boxes, ISLAND_FROM_NODE);
     for intersection in intersections.iter_mut().filter(|i| i.arms.len() > 1) {
-        let (position, around) = (intersection.position, Vector::repeat(NEAR));
+        let (position, around) = (intersection.position, Vector::repeat(ISLAND_FROM_NODE));
         let levels: Vec<f64> = intersection.arms.iter().map(|arm| roads[arm.road].level).collect();
         let mut near = Vec::new();
         cells.touching([position - around, position + around], |i| near.push(i));
         near.sort_unstable();
         near.dedup();
         let here = near.into_iter().map(|i| &islands[i]);
-        let here = here.filter(|(island, level)| levels.contains(level) && distance(island, position) <= NEAR);
+        let here =
+            here.filter(|(island, level)| levels.contains(level) && distance(island, position) <= ISLAND_FROM_NODE);
         intersection.islands = here.map(|(island, _)| island.clone()).collect();
     }
 }

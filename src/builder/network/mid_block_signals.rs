@@ -7,7 +7,7 @@ use super::signal_assignment::{approaches, controls_arm, is_crossing};
 use super::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 
 /// Lights belong to a crossing within this distance along the road, metres.
-const REACH: f64 = 15.0;
+const LIGHT_FROM_CROSSING: f64 = 15.0;
 
 /// Gives each light that no intersection has to the nearest crossing, which then has lights, or makes it one by itself. Where two
 /// roads meet there is no intersection for lights.
@@ -77,7 +77,7 @@ fn crossing_nearby(network: &RoadNetwork, ix: RoadIx, station: f64) -> Option<(R
         let whole = [0.0, network.road(next.road).line.length()];
         crossings(network, next.road).map(move |(i, place)| (next.road, i, before + from_cut(whole, next.end, place)))
     });
-    let near = own.chain(beyond).filter(|(.., distance)| *distance <= REACH);
+    let near = own.chain(beyond).filter(|(.., distance)| *distance <= LIGHT_FROM_CROSSING);
     near.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(road, i, _)| (road, i))
 }
 

@@ -8,7 +8,7 @@ use super::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 const MOST: f64 = 1_000.0;
 /// How far that ground may reach from its gate, metres, as the crow flies. So whether a road is private depends on roads within
 /// twice this distance, however large the map is.
-const REACH: f64 = 250.0;
+const PRIVATE_WAY: f64 = 250.0;
 
 /// Takes from the public the roads behind the gates at these nodes: those on a side of a gate from which no other road leads
 /// on, while on another side it does.
@@ -28,7 +28,7 @@ pub(super) fn close(network: &mut RoadNetwork, gates: &FxHashSet<i64>) {
 }
 
 /// The roads that lie behind a gate: the road that leaves it here, and all that are connected with it without another gate
-/// between them. `None` if they are longer than [`MOST`], reach farther than [`REACH`], or the map ends among them.
+/// between them. `None` if they are longer than [`MOST`], reach farther than [`PRIVATE_WAY`], or the map ends among them.
 fn behind(
     network: &RoadNetwork,
     gate: RoadEnd,
@@ -42,7 +42,7 @@ fn behind(
         }
         let line = &network.road(road).line;
         length += line.length();
-        if length > MOST || line.points().iter().any(|point| (point - place).norm() > REACH) {
+        if length > MOST || line.points().iter().any(|point| (point - place).norm() > PRIVATE_WAY) {
             return None;
         }
         for at in End::BOTH.map(|end| network.intersection_at(RoadEnd { road, end })) {

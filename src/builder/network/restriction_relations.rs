@@ -32,7 +32,7 @@ const VALUES: [&str; 11] = [
 const LOOK: f64 = 8.0;
 
 /// A turn up to this angle, radians, goes straight on.
-const STRAIGHT: f64 = std::f64::consts::FRAC_PI_4;
+const STRAIGHT_ON_ANGLE: f64 = std::f64::consts::FRAC_PI_4;
 
 /// A turn beyond this angle, radians, is a U-turn.
 const U_TURN: f64 = 2.6;
@@ -187,7 +187,7 @@ impl Lookup<'_> {
         match value.split_once('_').map(|(_, turn)| turn) {
             Some("left_turn") => angle > 0.0 && from != to,
             Some("right_turn") => angle < 0.0,
-            Some("straight_on") => angle.abs() <= STRAIGHT,
+            Some("straight_on") => angle.abs() <= STRAIGHT_ON_ANGLE,
             Some("u_turn") => angle.abs() >= U_TURN,
             _ => true,
         }

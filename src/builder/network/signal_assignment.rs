@@ -9,7 +9,7 @@ use super::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadNetwor
 
 /// The largest distance of a light or sign before the intersection that it controls, metres along the road: room for a stop line, a
 /// crosswalk and a bicycle box.
-const REACH: f64 = 30.0;
+const SIGNAL_FROM_JUNCTION: f64 = 30.0;
 
 /// Gives signs without a direction the travel toward the intersection beside them, and sets the control of the intersections.
 pub(super) fn assign(osm: &OsmData, network: &mut RoadNetwork, notes: &mut Vec<Finding>) {
@@ -134,7 +134,7 @@ pub(super) fn controls_arm(network: &RoadNetwork, mut arm: RoadEnd, mut fits: im
         let next = network.intersection(network.intersection_at(other_end(arm)));
         let beyond = next.arms.iter().find(|a| a.road != arm.road);
         match beyond {
-            Some(beyond) if next.arms.len() == 2 && before <= REACH => arm = *beyond,
+            Some(beyond) if next.arms.len() == 2 && before <= SIGNAL_FROM_JUNCTION => arm = *beyond,
             _ => return false,
         }
     }
@@ -155,5 +155,5 @@ fn faces(network: &RoadNetwork, arm: RoadEnd, feature: &Feature, before: f64) ->
         | FeatureKind::Sidewalk => false,
     };
     // A feature on the node of the far crossing controls that one.
-    faces && (!far_crossing || distance < length) && before + distance <= REACH
+    faces && (!far_crossing || distance < length) && before + distance <= SIGNAL_FROM_JUNCTION
 }

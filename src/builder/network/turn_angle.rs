@@ -5,7 +5,7 @@ use crate::geometry::{Polyline, Vector, angle_between};
 use crate::lanelet::index::turn_along;
 
 /// A movement up to this change of direction, degrees, goes straight on.
-pub const STRAIGHT: f64 = 30.0;
+pub const STRAIGHT_ON: f64 = 30.0;
 /// A movement beyond this change of direction, degrees, turns back.
 pub const TURNS_BACK: f64 = 150.0;
 

@@ -10,7 +10,7 @@ use crate::geometry::{Point, cross};
 use super::closed_by::ClosedBy;
 use super::resolved_restrictions::ResolvedRestrictions;
 use super::road_end::{at_depth, leads_out, outward};
-use super::turn_angle::{STRAIGHT, TURNS_BACK, turn};
+use super::turn_angle::{STRAIGHT_ON, TURNS_BACK, turn};
 use super::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 
 /// Roads that are directed one after another, each because of the one before, reach no farther than this, metres, so that their
@@ -276,9 +276,9 @@ fn leads_nowhere(network: &RoadNetwork, arm: RoadEnd) -> bool {
     let leads_to = |&other: &RoadEnd| {
         let turn = turn(network.side, -outward(arm), outward(other));
         let across = if network.side == DrivingSide::Right { turn } else { -turn };
-        let turns_into = across > STRAIGHT && across < TURNS_BACK;
+        let turns_into = across > STRAIGHT_ON && across < TURNS_BACK;
         let enough_lanes = lanes(network, other, true) >= lanes(network, arm, false);
-        let goes_on = turn.abs() <= STRAIGHT && (enough_lanes || two_way_strip(network, other.road).is_some());
+        let goes_on = turn.abs() <= STRAIGHT_ON && (enough_lanes || two_way_strip(network, other.road).is_some());
         turns_into || goes_on
     };
     !ahead.is_empty() && !ahead.iter().any(leads_to)

@@ -21,13 +21,13 @@ use crate::parallel::Finely;
 use super::End;
 use super::access::{Access, Drivable};
 use super::streets_nearby::{Beside, Carriageway, StreetsNearby};
-use super::turn_angle::STRAIGHT;
+use super::turn_angle::STRAIGHT_ON;
 
 /// How many consecutive ways are searched for tagged lanes.
 const WAYS_MOST: usize = 4;
 /// A carriageway takes the lanes of others only if it and the untagged ones between are no longer than this together, metres. So much
 /// of the data around it is always at hand where a map is built in tiles.
-const REACH: f64 = 500.0;
+const TAGS_FOLLOWED: f64 = 500.0;
 /// A way no longer than this, metres, may be the piece of a road through a crossing.
 const PIECE: f64 = 60.0;
 
@@ -189,7 +189,7 @@ impl<'a> WayGraph<'a> {
     /// The lanes that an untagged one-way carriageway of a main road takes: those of the tagged piece before it or behind it, whichever
     /// are fewer, else those of its twin, else those of the same street nearby.
     fn of_carriageway(&self, way: usize) -> Option<Assumed> {
-        let own = self.ways.get(&way).filter(|own| !own.tagged && own.length <= REACH)?;
+        let own = self.ways.get(&way).filter(|own| !own.tagged && own.length <= TAGS_FOLLOWED)?;
         let (middle, direction) = own.carriageway?;
         let travel = own.lanes.first()?.1;
         let fits = |lanes: &Vec<Lane>| !lanes.is_empty() && lanes.iter().all(|(_, other)| *other == travel);
@@ -202,7 +202,7 @@ impl<'a> WayGraph<'a> {
             return Some(fewest);
         }
         let (other, how) =
-            self.nearby.beside(own.kind.name?, middle, direction).filter(|_| own.length <= REACH / 2.0)?;
+            self.nearby.beside(own.kind.name?, middle, direction).filter(|_| own.length <= TAGS_FOLLOWED / 2.0)?;
         let beside = self.ways.get(&other).filter(|beside| beside.kind == own.kind)?;
         let cars = beside.lanes.iter().filter(|(kind, _)| *kind == StripKind::Drive).count();
         let like = match how {
@@ -219,7 +219,7 @@ impl<'a> WayGraph<'a> {
         let is_carriageway = self.ways.get(&way)?.carriageway.is_some();
         for _ in 0..WAYS_MOST {
             length += self.ways.get(&way)?.length;
-            if is_carriageway && length > REACH {
+            if is_carriageway && length > TAGS_FOLLOWED {
                 return None;
             }
             let (next, entry) = self.beyond(way, end)?;
@@ -245,7 +245,7 @@ impl<'a> WayGraph<'a> {
         let goes_straight_on = |&(other, entry): &(usize, End)| {
             let WayLanes { kind, outward, .. } = &self.ways[&other];
             let turn = angle_between(own.outward[end], -outward[entry]).abs().to_degrees();
-            turn <= STRAIGHT && kind.like(&own.kind)
+            turn <= STRAIGHT_ON && kind.like(&own.kind)
         };
         let is_carriageway = |way: &WayLanes| own.carriageway.and(way.carriageway).is_some();
         let goes_on = |(other, _): &(usize, End)| own.length <= PIECE || is_carriageway(&self.ways[other]);

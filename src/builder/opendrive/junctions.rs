@@ -13,7 +13,7 @@ use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanele
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes, RoadLane};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::Control;
-use crate::builder::network::turn_angle::{STRAIGHT, turned};
+use crate::builder::network::turn_angle::{STRAIGHT_ON, turned};
 use crate::builder::network::{End, RoadEnd, RoadIx};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::StripKind;
@@ -250,7 +250,7 @@ impl<'a> Site<'a> {
             let turn = center_line(&left, &right).map_or(0.0, |middle| turned(side, &middle));
             if let Some(attributes) = assembly.attributes_mut(lane.lanelet) {
                 let direction = match turn {
-                    turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+                    turn if turn.abs() <= STRAIGHT_ON => TurnDirection::Straight,
                     turn if turn > 0.0 => TurnDirection::Left,
                     _ => TurnDirection::Right,
                 };

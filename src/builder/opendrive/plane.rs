@@ -127,7 +127,7 @@ impl Plane {
 /// The georeference of a file that names a place beside its zone of UTM, if its metres begin there: as they stand, they lie far from it.
 fn from_origin(file: &OpenDrive, georeference: Georeference, places: &[Point]) -> Option<Georeference> {
     /// Metres from an origin lie no farther than this, and metres of UTM no nearer to it, if they are not its own.
-    const REACH: f64 = 1_000_000.0;
+    const METRES_FROM_ORIGIN: f64 = 1_000_000.0;
     /// Such places are corners of MGRS squares, of so many metres, which tools find this well.
     const SQUARE: f64 = 100_000.0;
     const FOUND: f64 = 1.0;
@@ -145,7 +145,7 @@ fn from_origin(file: &OpenDrive, georeference: Georeference, places: &[Point]) -
     let known = if (known - corner).norm() <= FOUND { corner } else { known };
     let [x, y, ..] = file.header.offset;
     let here = *places.first()? + Vector::new(x, y);
-    let apart = (here - known).norm() > REACH && here.coords.norm() < REACH;
+    let apart = (here - known).norm() > METRES_FROM_ORIGIN && here.coords.norm() < METRES_FROM_ORIGIN;
     apart.then_some(Georeference::Utm { zone, added: [east - known.x, north - known.y] })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::network::approach_control::Control;
-use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::xodr::{Controller, Junction};
@@ -62,7 +62,7 @@ impl Site<'_> {
         let mover = |(path, rank): (&TurningLanelet, &Option<bool>)| RankedMovement {
             arm: path.movement.from,
             turn: match path.turn * near {
-                t if t.abs() <= STRAIGHT => Turn::Straight,
+                t if t.abs() <= STRAIGHT_ON => Turn::Straight,
                 t if t > 0.0 => Turn::Near,
                 _ => Turn::Far,
             },

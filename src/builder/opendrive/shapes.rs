@@ -10,7 +10,7 @@ use super::scene::{Scene, note};
 use super::stretches::section_at;
 
 /// Metres between the places that are looked at.
-const STEP: f64 = 0.25;
+const LOOKED_AT_EVERY: f64 = 0.25;
 /// By how much of itself a width may differ from an even taper between both ends.
 const UNEVEN: f64 = 0.5;
 /// A border bends no more than this from one place to the next, degrees.
@@ -36,7 +36,7 @@ pub fn notes(scene: &Scene, lanes: &[StretchLanes]) -> Vec<Finding> {
 fn odd_shape(scene: &Scene, stretch: usize, lane: &Lane) -> Option<String> {
     let (road, sections) = (scene.road(stretch), scene.sections(stretch));
     let [from, to] = scene.stretches[stretch].span;
-    let count = ((to - from) / STEP).ceil().clamp(2.0, 4000.0) as usize;
+    let count = ((to - from) / LOOKED_AT_EVERY).ceil().clamp(2.0, 4000.0) as usize;
     let station = |at: usize| from + (to - from) * at as f64 / count as f64;
     let width = |at: usize| section_at(&sections, station(at)).map_or(0.0, |it| it.width(road, lane.id, station(at)));
     let [first, last] = [width(0), width(count)];

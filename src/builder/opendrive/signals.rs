@@ -10,7 +10,7 @@ use super::signal_use::{SignalUse, is_between, use_of};
 use super::stop_lines::{StopLine, stop, stop_lines};
 
 /// From a signal to the junction whose lanelets it controls, metres at most.
-const REACH: f64 = 120.0;
+const SIGNAL_TO_JUNCTION: f64 = 120.0;
 
 /// A signal, and the lanes that it speaks to.
 #[derive(Clone, Debug)]
@@ -220,7 +220,7 @@ pub fn approaches(scene: &Scene, drawn: &Drawn, lanes: &[usize]) -> Vec<Approach
             let [only] = next[..] else { break };
             let [from, to] = scene.span(&drawn.lanes[only]);
             gone += to - from;
-            if gone > REACH {
+            if gone > SIGNAL_TO_JUNCTION {
                 break;
             }
             at = only;

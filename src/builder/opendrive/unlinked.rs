@@ -13,7 +13,7 @@ use super::nodes::WELD;
 use super::scene::{Scene, note};
 
 /// Ends farther apart than this, metres, are not taken as linked. Lanelet2 takes nearer ones for a map that is broken.
-const NEAR: f64 = 0.5;
+const TAKEN_AS_LINKED: f64 = 0.5;
 /// Lanes that go on do not turn at their joint: the least cosine of the angle between them.
 const AHEAD: f64 = 0.8;
 
@@ -38,7 +38,7 @@ impl Ending {
         let pair = |side: usize| off([self.places[side], other.places[side]]);
         let most = pair(0).max(pair(1));
         let known = self.linked && other.linked;
-        (!known && most <= NEAR && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
+        (!known && most <= TAKEN_AS_LINKED && self.heading.dot(&other.heading) >= AHEAD).then_some(most)
     }
 
     fn middle(&self) -> Point {

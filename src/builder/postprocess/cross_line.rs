@@ -5,7 +5,7 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::Lane;
 
 /// The bounds of a lane lie at most this far, metres, from its middle.
-const REACH: f64 = 12.0;
+const BOUND_FROM_MIDDLE: f64 = 12.0;
 
 /// Where a line meets the bounds of a lane, left and right.
 pub type LaneletEnds = [(LineStringId, Point); 2];
@@ -15,7 +15,7 @@ pub fn cross_line(lane: &Lane, station: f64) -> Option<LaneletEnds> {
     let center = lane.center.as_ref()?;
     let (middle, left) = (center.at(station), left_of(center.direction(station)));
     let meet = |points: &[Point], sign: f64| {
-        let far = middle + left * (sign * REACH);
+        let far = middle + left * (sign * BOUND_FROM_MIDDLE);
         let crossings = points.windows(2).filter_map(|w| segment_crossing(middle, far, w[0], w[1]));
         let nearest = crossings.map(|(_, _, p)| p).min_by(|a, b| (a - middle).norm().total_cmp(&(b - middle).norm()));
         nearest.or_else(|| Some(Polyline::new(points.iter().copied())?.project(middle).point))

@@ -11,7 +11,7 @@ use crate::projection::Projector;
 use rustc_hash::FxHashSet;
 
 /// A point of a line this close, metres, to the wanted place is used instead of a new one.
-const NEAR: f64 = 0.3;
+const POINT_AT_PLACE: f64 = 0.3;
 
 /// A map with what is needed to add to it.
 pub struct MapEditor<'m> {
@@ -120,7 +120,7 @@ impl<'m> MapEditor<'m> {
         let points = self.map.linestrings.get(line).map_or(&[][..], |line| &line.points);
         let distance = |id: &PointId| self.map.points.get(*id).map_or(f64::INFINITY, |p| (p.position - place).norm());
         let nearest = points.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(near) = nearest.filter(|id| distance(id) <= NEAR) {
+        if let Some(near) = nearest.filter(|id| distance(id) <= POINT_AT_PLACE) {
             return near;
         }
         let index = self.shape(line).map(|shape| shape.project(place).segment + 1);

@@ -36,7 +36,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// More roads than this are not built at once: the answer would come too late for a hand that waits.
 const MOST_WAYS: usize = 700;
 /// Where there are more, this much around the place that is looked at is built, metres.
-const REACH: f64 = 300.0;
+const BUILT_AROUND: f64 = 300.0;
 /// Metres in a degree of latitude.
 const DEGREE: f64 = 111_000.0;
 
@@ -187,7 +187,7 @@ impl BuildSession {
             return (self.data.clone(), None);
         }
         let place = question.around.map_or(self.middle, |[lat, lon]| LonLat { lon, lat });
-        let (high, wide) = (REACH / DEGREE, REACH / (DEGREE * place.lat.to_radians().cos().max(0.01)));
+        let (high, wide) = (BUILT_AROUND / DEGREE, BUILT_AROUND / (DEGREE * place.lat.to_radians().cos().max(0.01)));
         let corner = |sign: f64| LonLat { lon: place.lon + sign * wide, lat: place.lat + sign * high };
         let [min, max] = [corner(-1.0), corner(1.0)];
         let corners = [min, max].map(|corner| self.projector.forward(corner, 0.0).unwrap_or_default());

@@ -12,7 +12,7 @@ use crate::lanelet::{BoundRole, Condition, LineString, LineStringId, PointId};
 
 /// The largest distance between two bounds where no neighbour shows which belong together, metres: two wide lanes, or a broad
 /// crosswalk.
-const REACH: f64 = 12.0;
+const BOUND_WITHIN: f64 = 12.0;
 
 impl Loader<'_> {
     /// Notes the way for each such lanelet.
@@ -126,7 +126,7 @@ impl Surroundings {
             return false;
         }
         let [mut left, mut right] = order(known.id, line.id).map(|id| loader.line(id));
-        let near = |a: &PlanePoint, b: &PlanePoint| (a - b).norm() <= REACH;
+        let near = |a: &PlanePoint, b: &PlanePoint| (a - b).norm() <= BOUND_WITHIN;
         let ([Some(a), Some(b)], [Some(c), Some(d)]) = ([left.first(), left.last()], [right.first(), right.last()])
         else {
             return false;

@@ -14,7 +14,7 @@ use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
 
 /// A node of a road border this close (m) to the edge of the lanes is a vertex.
-const NEAR: f64 = 0.3;
+const VERTEX_AT_EDGE: f64 = 0.3;
 /// The end of a lane is a vertex even where it lies farther (m) inside: lanes of one approach do not all end on one line.
 const STAGGERED: f64 = 3.0;
 /// Other nodes of the lanes' bounds are vertices only where they lie on the edge (m).
@@ -82,7 +82,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         let edge = Polyline::new(edge.iter().chain(edge.first()).copied())?;
         let ends = self.ends(lanes, &edge);
         let on_border = self.on_border(&edge, &ends);
-        [STAGGERED, NEAR].into_iter().find_map(|reach| {
+        [STAGGERED, VERTEX_AT_EDGE].into_iter().find_map(|reach| {
             let mut vertices: Vec<Vertex> = ends.iter().filter(|one| one.distance <= reach).copied().collect();
             let fixed: FxHashSet<PointId> = vertices.iter().map(|one| one.id).collect();
             vertices.extend(&on_border);
@@ -184,7 +184,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         let places: Vec<Point> = between.iter().map(|&id| self.place(id)).collect::<Option<_>>()?;
         let [start, end] = [chord.points()[0], chord.points()[1]];
         let line = Polyline::new([start].into_iter().chain(places.iter().copied()).chain([end]))?;
-        let leaves = places.iter().any(|&place| chord.project(place).offset.abs() > NEAR);
+        let leaves = places.iter().any(|&place| chord.project(place).offset.abs() > VERTEX_AT_EDGE);
         Some(leaves && line.length() <= LONGEST_BORDER * chord.length())
     }
 
@@ -245,10 +245,13 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     fn on_border(&self, edge: &Polyline, ends: &[Vertex]) -> Vec<Vertex> {
         let known: FxHashSet<PointId> = ends.iter().map(|one| one.id).collect();
         let [low, high] = super::extent(edge.points());
-        let reach = AABB::from_corners([low.x - NEAR, low.y - NEAR], [high.x + NEAR, high.y + NEAR]);
+        let reach = AABB::from_corners(
+            [low.x - VERTEX_AT_EDGE, low.y - VERTEX_AT_EDGE],
+            [high.x + VERTEX_AT_EDGE, high.y + VERTEX_AT_EDGE],
+        );
         let near = self.tree.locate_in_envelope(&reach).filter(|one| !known.contains(&one.data));
         let vertices = near.map(|one| Vertex::of(edge, one.data, Point::from(*one.geom())));
-        let mut found: Vec<Vertex> = vertices.filter(|one| one.distance <= NEAR).collect();
+        let mut found: Vec<Vertex> = vertices.filter(|one| one.distance <= VERTEX_AT_EDGE).collect();
         found.sort_by_key(|one| one.id);
         found
     }

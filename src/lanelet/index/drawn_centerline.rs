@@ -10,7 +10,7 @@ use crate::geometry::{Point as Place, orientation};
 use crate::lanelet::Point;
 
 /// Places nearer to each other than this (m) are one.
-const SAME: f64 = 1e-9;
+const SAME_PLACE: f64 = 1e-9;
 
 /// Length of a lanelet in space, along its own centre line or the one that Lanelet2 draws.
 pub fn length(view: &View, seen: &Seen) -> f64 {
@@ -73,7 +73,7 @@ fn meet(a: [Place; 2], b: [Place; 2]) -> bool {
 }
 
 fn same(a: Place, b: Place) -> bool {
-    (a - b).norm() < SAME
+    (a - b).norm() < SAME_PLACE
 }
 
 /// The way along both bounds.

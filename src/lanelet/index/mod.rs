@@ -32,7 +32,7 @@ pub use intersection::declared_area;
 pub(crate) use lane::tangent;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
-pub use right_of_way::{STRAIGHT, U_TURN};
+pub use right_of_way::{STRAIGHT_ON, U_TURN};
 pub use road_leg::{Crossed, legs};
 pub use roundabout::RingShape;
 pub use stop_line::{Misfit, StopLine};

@@ -12,7 +12,7 @@ use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
 
 /// A movement is straight up to this change of heading (deg).
-pub const STRAIGHT: f64 = 30.0;
+pub const STRAIGHT_ON: f64 = 30.0;
 /// A turn of more than this (deg) is a U-turn.
 pub const U_TURN: f64 = 150.0;
 
@@ -30,7 +30,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     for member in intersection.members.iter().filter(|member| member.is_inside()) {
         let lane = member.lane;
         let (Some(&from), Some(&to)) = (of_edge.get(&(lane, true)), of_edge.get(&(lane, false))) else { continue };
-        let turn = match map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN) {
+        let turn = match map.label_for(map.lanes[lane].turn(), STRAIGHT_ON, U_TURN) {
             TurnDirection::Straight => Turn::Straight,
             label if label == side.near_turn() => Turn::Near,
             _ => Turn::Far,

@@ -23,7 +23,7 @@ const NO_BORDERS: [&str; 8] = [
     "pose_marker",
 ];
 /// Steps along the missing piece at which its width and its ground are looked at, metres.
-const STEP: f64 = 2.0;
+const MEASURED_EVERY: f64 = 2.0;
 /// The piece is at least and at most so many times as wide as the lane that it continues.
 const WIDTHS: [f64; 2] = [0.6, 1.6];
 /// The same where two lines that nothing else uses lead from lane to lane.
@@ -237,7 +237,7 @@ impl<'m> Holes<'m> {
             let place = |id: &PointId| self.map.map.points.get(*id).map(|point| point.position);
             let points: Vec<Point> = ids.iter().map(place).collect::<Option<_>>()?;
             let first = *points.first()?;
-            let along = Polyline::new(points.iter().copied())?.at(STEP) - first;
+            let along = Polyline::new(points.iter().copied())?.at(MEASURED_EVERY) - first;
             let turn = angle_between(heading, along).abs().to_degrees();
             (turn <= self.params.straight_on).then(|| Onward { line: id, end: *ids.last().unwrap_or(&from), points })
         });
@@ -255,7 +255,7 @@ impl<'m> Holes<'m> {
             (low * own..=high * own).contains(&width)
         };
         let outline: Vec<Point> = a.points.iter().chain(b.points.iter().rev()).copied().collect();
-        (center.places(STEP).all(fits) && crate::geometry::simple_ring::is_simple(&outline)).then_some(center)
+        (center.places(MEASURED_EVERY).all(fits) && crate::geometry::simple_ring::is_simple(&outline)).then_some(center)
     }
 }
 
@@ -266,7 +266,7 @@ pub fn is_covered(map: &MapIndex, params: &Params, center: &Polyline) -> bool {
 
 /// The share (1) of the ground of a missing piece that lies under such lanelets, without those that `do_not_count`.
 fn covered(map: &MapIndex, params: &Params, center: &Polyline, do_not_count: impl Fn(usize) -> bool) -> f64 {
-    let places: Vec<Point> = center.places(STEP).collect();
+    let places: Vec<Point> = center.places(MEASURED_EVERY).collect();
     let inner = places.iter().skip(1).take(places.len().saturating_sub(2));
     let [mut all, mut covered] = [0_u32, 0_u32];
     for place in inner {

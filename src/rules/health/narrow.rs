@@ -10,7 +10,7 @@ use crate::rules::routing_moves::RoutingMoves;
 use super::params::{Params, subject};
 
 /// Step along a lane between measurements, metres.
-const STEP: f64 = 1.0;
+const MEASURED_EVERY: f64 = 1.0;
 /// Widths are told to this, metres.
 const EXACT: f64 = 0.01;
 /// A border of no more points than this is looked through for each place.
@@ -30,7 +30,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves) -> Vec<Findi
 fn too_narrow(map: &MapIndex, params: &Params, moves: &RoutingMoves, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
     let [left, right] = [lane.border(0)?, lane.border(1)?];
-    let middle = lane.center.as_ref()?.resampled(STEP);
+    let middle = lane.center.as_ref()?.resampled(MEASURED_EVERY);
     let fits = |width: f64| width >= params.least_width - EXACT;
     let of = |border: &Polyline| distances(border, middle.points());
     let widths: Vec<f64> = of(&left).into_iter().zip(of(&right)).map(|(left, right)| left + right).collect();

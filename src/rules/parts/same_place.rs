@@ -17,7 +17,7 @@ const ONE_PLACE: f64 = 0.005;
 const ONE_HEIGHT: f64 = 0.5;
 /// Where a lane leads into another no farther apart than this, metres, and bends no more than `STRAIGHT_ON` degrees, other rules
 /// tell of the nodes.
-const NEAR: f64 = 0.5;
+const LED_TO: f64 = 0.5;
 const STRAIGHT_ON: f64 = 30.0;
 
 pub fn judge(map: &MapIndex) -> Vec<Finding> {
@@ -120,13 +120,13 @@ fn is_one_place(map: &MapIndex, a: PointId, b: PointId) -> bool {
 fn told_as_near_misses(map: &MapIndex) -> FxHashSet<[PointId; 2]> {
     let mut pairs = FxHashSet::default();
     for lane in &map.lanes {
-        let reach = Vector::repeat(NEAR);
+        let reach = Vector::repeat(LED_TO);
         for other in map.lanes_near(lane.end.middle() - reach, lane.end.middle() + reach) {
             let start = map.lanes[other].start;
             let apart = (0..2).map(|side| (lane.end.points[side] - start.points[side]).norm()).fold(0.0, f64::max);
             let ahead = lane.heading_out().zip(map.lanes[other].heading_in());
             let bends = ahead.is_none_or(|(a, b)| angle_between(a, b).abs().to_degrees() > STRAIGHT_ON);
-            if apart >= NEAR || bends {
+            if apart >= LED_TO || bends {
                 continue;
             }
             for side in 0..2 {

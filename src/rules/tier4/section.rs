@@ -10,7 +10,7 @@ use crate::lanelet::index::view::{Seen, Spot, View, boxes_meet, covered_by, spot
 use crate::lanelet::{LineString, RegulatoryElement};
 
 /// A start line farther than this (m, in space) from every lanelet lies on none.
-const REACH: f64 = 1.0;
+const ON_LANELET: f64 = 1.0;
 /// Least share (1) of the stop line that has to lie on the way.
 const ON_WAY: f64 = 0.1;
 /// Places closer than this (m) to an outline lie on it.
@@ -84,9 +84,9 @@ fn start_lanelet(view: &View, start: &LineString) -> Option<usize> {
     let middle = nalgebra::center(&spot(points.first()?), &spot(points.last()?));
     let place = Place::new(middle.x, middle.y);
     let places = view.places(start);
-    let near = view.near([place, place], REACH).into_iter();
+    let near = view.near([place, place], ON_LANELET).into_iter();
     let held = near
-        .filter(|&at| distance_in_space(&view.lanelets[at], middle).is_some_and(|found| found <= REACH))
+        .filter(|&at| distance_in_space(&view.lanelets[at], middle).is_some_and(|found| found <= ON_LANELET))
         .map(|at| (at, share_inside(&places, &view.lanelets[at].outline)))
         .filter(|&(_, share)| share > 0.0);
     // Of equal shares the first lanelet has it.

@@ -17,15 +17,15 @@ use crate::geometry::{Point, Vector, cross, left_of};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
 /// No split comes closer than this, metres, to a point of a border.
-const CLEAR: f64 = 0.5;
+const SPLIT_FROM_POINT: f64 = 0.5;
 /// The largest distance, metres, from where a border crosses a split to its place by the cross-section.
 const ASIDE: f64 = 1.0;
 /// No piece is shorter than this, metres.
 const PIECE: f64 = 2.0;
 /// An approach begins at another split that is nearer than this, metres.
-const NEAR: f64 = 5.0;
+const APPROACH_AT_SPLIT: f64 = 5.0;
 /// Where a road cannot be split, the start of an approach moves toward the stop line in steps of this length, metres.
-const STEP: f64 = 0.5;
+const START_STEP: f64 = 0.5;
 /// The largest number of these steps.
 const STEPS: usize = 20;
 /// Distances, metres, by which a stop line moves away from a crosswalk, or toward it, until the road can be split there.
@@ -112,15 +112,16 @@ impl<'a> LaneletSplitter<'a> {
         let depth = |station: f64| (stop_line - station) * sign;
         let stop_lines = self.splits.iter().filter(|split| matches!(split.reason, SplitReason::Line(..)));
         // The stop line itself may have been moved.
-        let before = stop_lines.map(|split| depth(split.station)).filter(|depth| *depth > STOP_GAP + STEP);
+        let before = stop_lines.map(|split| depth(split.station)).filter(|depth| *depth > STOP_GAP + START_STEP);
         let room = before.fold(depth(self.span[toward.other().index()]), f64::min);
         let (most, least) = (length.min(room / 2.0), least.min(length));
-        let depths = (0..STEPS).map(|i| most - i as f64 * STEP).take_while(|&depth| depth >= least && depth > 0.0);
+        let depths =
+            (0..STEPS).map(|i| most - i as f64 * START_STEP).take_while(|&depth| depth >= least && depth > 0.0);
         let stations: Vec<f64> = depths.map(|depth| stop_line - depth * sign).collect();
         let best = *stations.first()?;
         let offset = |station: f64| (station - best).abs();
         let known = self.splits.iter().map(|split| split.station);
-        let known = known.filter(|&station| offset(station) < NEAR && depth(station) >= least);
+        let known = known.filter(|&station| offset(station) < APPROACH_AT_SPLIT && depth(station) >= least);
         let known = known.min_by(|&a, &b| offset(a).total_cmp(&offset(b)));
         known.or_else(|| stations.into_iter().find(|&station| self.split(station, reason)))
     }
@@ -204,7 +205,7 @@ fn split_place(line: &[Point], expected: Point, along: Vector) -> Option<(usize,
     let offset = |(_, place): &(usize, Point)| cross(along, place - expected).abs();
     let nearest = line.windows(2).enumerate().filter_map(across).min_by(|a, b| offset(a).total_cmp(&offset(b)));
     let (i, place) = nearest.filter(|found| offset(found) <= ASIDE)?;
-    [line[i], line[i + 1]].iter().all(|point| (point - place).norm() >= CLEAR).then_some((i, place))
+    [line[i], line[i + 1]].iter().all(|point| (point - place).norm() >= SPLIT_FROM_POINT).then_some((i, place))
 }
 
 /// The part of a row of points between two places. A place comes with the index of the point before it; without a place, the part

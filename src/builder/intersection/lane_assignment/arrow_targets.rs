@@ -2,7 +2,7 @@
 
 use crate::builder::intersection::movement_types::TurnTarget;
 use crate::builder::lanes::types::ArmLane;
-use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::cross_section::Arrows;
 
 /// The largest difference, degrees, between the direction of an arrow and that of an arm to which it leads.
@@ -30,7 +30,7 @@ const DIRECTIONS: [(Arrows, f64); 7] = [
 pub(super) fn turns_towards(arrows: Arrows, target: &TurnTarget) -> bool {
     let shown = DIRECTIONS.iter().filter(|(arrow, degrees)| arrows.has(*arrow) && *degrees != 0.0);
     let mut angles = shown.map(|(_, degrees)| (target.arrow_turn - degrees).abs());
-    target.turn.abs() > STRAIGHT && angles.any(|angle| angle <= ARROW_NEAR)
+    target.turn.abs() > STRAIGHT_ON && angles.any(|angle| angle <= ARROW_NEAR)
 }
 
 /// The targets to which a lane's arrows lead.

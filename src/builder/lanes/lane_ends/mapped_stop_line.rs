@@ -8,7 +8,7 @@ use super::turn_setback::{COMFORT_BEND, COMFORT_LEFT};
 
 /// A stop line lies at most this far, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
 /// Farther out it is the place of a sign, or it stops vehicles for something else.
-const REACH: f64 = 15.0;
+const STOP_LINE_FROM_CUT: f64 = 15.0;
 
 /// Depths, metres up the road from the outline's cut, of the stop lines that are mapped before either end of a road.
 pub fn mapped_stop_lines(road: &Road, least: Stations, is_approach: impl Fn(End) -> bool) -> [Option<f64>; 2] {
@@ -21,7 +21,7 @@ pub fn mapped_stop_lines(road: &Road, least: Stations, is_approach: impl Fn(End)
         let lines = road.features.iter().filter(|_| is_approach(end)).filter(is_stop_line);
         let depths = lines.map(|feature| from_cut(least, end, feature.station));
         // Of two lines one behind the other the first is for cars; bicycles wait at the other.
-        let first = depths.filter(|depth| *depth > 0.0 && *depth <= REACH).max_by(f64::total_cmp);
+        let first = depths.filter(|depth| *depth > 0.0 && *depth <= STOP_LINE_FROM_CUT).max_by(f64::total_cmp);
         // No lane is cut around a bend.
         first.filter(|depth| bend(road, least, end, *depth) <= COMFORT_BEND)
     })

@@ -15,7 +15,7 @@ pub(super) const TOUCH: f64 = 0.05;
 pub(super) const BACK_MOST: f64 = 12.0;
 
 /// The distance between the places at which outlines are measured, metres.
-const STEP: f64 = 0.5;
+const MEASURED_EVERY: f64 = 0.5;
 
 /// The ends of roads that lanelets run over, and how far behind their cuts, metres.
 pub fn depths(
@@ -69,7 +69,7 @@ fn depth(
             enters(path, around, [low, high]) && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
         })
         .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
-        .flat_map(|ring| ring.resampled(STEP).into_points())
+        .flat_map(|ring| ring.resampled(MEASURED_EVERY).into_points())
         .map(|p| beyond(&p))
         .fold(0.0, f64::max)
 }

@@ -17,7 +17,7 @@ use crate::parallel::Finely;
 /// How far a light may be turned, degrees, and in which steps, the least first.
 const TURNS: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
 /// Directions are kept this far, degrees, from the angle at which the validator's answer changes.
-const CLEAR: f64 = 2.0;
+const ANGLE_FROM_LIMIT: f64 = 2.0;
 /// The weight of a lanelet that the validator takes for red though it has green, against the opposite mistake. A vehicle ignores the
 /// former lanelet, and waits without need for the latter.
 const GREEN_WEIGHS: f64 = 3.0;
@@ -99,7 +99,8 @@ fn best_turn(lights: &BTreeMap<LineStringId, Light>, id: LineStringId) -> f64 {
         let wrong = others.map(|(other, [together, apart])| {
             let angle = (angle_between(own.along, other.along).to_degrees() + other.turned - turn).rem_euclid(180.0);
             let angle = angle.min(180.0 - angle);
-            let [along, across] = [angle - (SAME_TIMING - CLEAR), (SAME_TIMING + CLEAR) - angle].map(contradiction);
+            let [along, across] =
+                [angle - (SAME_TIMING - ANGLE_FROM_LIMIT), (SAME_TIMING + ANGLE_FROM_LIMIT) - angle].map(contradiction);
             GREEN_WEIGHS * *together as f64 * along + *apart as f64 * across
         });
         wrong.sum()

@@ -15,7 +15,7 @@ use super::stop_line::drivable;
 /// Lanes that begin together have diverged where their bounds are this far, metres, from each other.
 const DIVERGED: f64 = 0.1;
 /// The distance between places where bounds are compared, metres.
-const STEP: f64 = 0.25;
+const COMPARED_EVERY: f64 = 0.25;
 /// The shortest guide line, metres.
 const MIN_LENGTH: f64 = 5.0;
 
@@ -70,9 +70,9 @@ fn common_length(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: u
     };
     let siblings = map.siblings(movement.lane).filter(turns_alike);
     let others: Vec<Polyline> = siblings.filter_map(|lane| map.lanes[lane].border(side)).collect();
-    let mut stations = (0..=(bound.length() / STEP) as usize).map(|step| step as f64 * STEP);
+    let mut stations = (0..=(bound.length() / COMPARED_EVERY) as usize).map(|step| step as f64 * COMPARED_EVERY);
     let diverged = stations.find(|&s| others.iter().any(|other| other.distance(bound.at(s)) > DIVERGED));
-    diverged.map(|station| (station - STEP).max(0.0))
+    diverged.map(|station| (station - COMPARED_EVERY).max(0.0))
 }
 
 /// Draws a guide line through the points of its bound.
@@ -85,7 +85,7 @@ pub fn draw(editor: &mut MapEditor, Guide { bound, inverted, length }: Guide) {
     }
     let key = Key::new("inside guide line").number(bound.0);
     if let Some(length) = length {
-        let count = shape.stations().iter().filter(|station| **station < length - STEP).count();
+        let count = shape.stations().iter().filter(|station| **station < length - COMPARED_EVERY).count();
         let end = shape.at(length);
         points.truncate(count);
         points.push(editor.point_on(key.word("end"), bound, end));

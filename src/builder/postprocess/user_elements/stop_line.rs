@@ -15,7 +15,7 @@ const CLEARANCE: f64 = 1.0;
 /// Lanes conflict where they share this area, square metres. Lanes side by side touch without conflict.
 const MIN_OVERLAP: f64 = 0.05;
 /// The step in which the first conflict is searched, metres.
-const STEP: f64 = 0.25;
+const SEARCH_STEP: f64 = 0.25;
 /// The smallest distance, metres, from the start of the lane: a car has to fit before the line.
 const MIN_STATION: f64 = 6.0;
 /// Paint may end before the bound: a line is extended by this length, metres, at both ends.
@@ -122,8 +122,8 @@ fn waiting_line(map: &MapIndex, index: usize) -> Option<LaneletEnds> {
 fn first_conflict(lane: &Lane, other: &Lane) -> Option<f64> {
     let center = lane.center.as_ref()?;
     let overlap = |station: f64| polygon::overlap(&lane_before(lane, station).unwrap_or_default(), &other.outline);
-    let steps = (center.length() / STEP).ceil() as usize;
-    let stations: Vec<f64> = (0..=steps).map(|step| step as f64 * STEP).collect();
+    let steps = (center.length() / SEARCH_STEP).ceil() as usize;
+    let stations: Vec<f64> = (0..=steps).map(|step| step as f64 * SEARCH_STEP).collect();
     let first = stations.partition_point(|&station| overlap(station) < MIN_OVERLAP);
     stations.get(first).copied()
 }

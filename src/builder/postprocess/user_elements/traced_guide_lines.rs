@@ -215,12 +215,12 @@ fn nearest_bound<'a>(map: &'a MapIndex, traffic: &'a Traffic, line: &Polyline) -
 /// A bound of a lane that begins where the guide line begins and in its direction.
 fn candidate<'a>(map: &MapIndex, movement: &'a Movement, side: usize, line: &Polyline) -> Option<Candidate<'a>> {
     /// The distance between places where the line is compared with the bound, metres.
-    const STEP: f64 = 1.0;
+    const COMPARED_EVERY: f64 = 1.0;
     let lane = &map.lanes[movement.lane];
     let bound = lane.border(side)?;
     let angle = angle_between(lane.heading_in()?, line.direction(0.0)).abs().to_degrees();
     let near = (line.first() - lane.start.points[side]).norm() <= MAX_START_GAP;
-    let offset = line.resampled(STEP).points().iter().map(|&place| bound.distance(place)).fold(0.0, f64::max);
+    let offset = line.resampled(COMPARED_EVERY).points().iter().map(|&place| bound.distance(place)).fold(0.0, f64::max);
     (near && angle <= MAX_ANGLE).then(|| Candidate { movement, side, line: line.clone(), offset })
 }
 

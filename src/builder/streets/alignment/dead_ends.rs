@@ -13,7 +13,7 @@ use super::set_line;
 
 /// Where the extract ends, lanes reach to the end of their road; they keep this distance, metres, from a carriageway ahead: a kerb
 /// or a gate lies between. At other dead ends they end before the square.
-const CLEAR: f64 = 1.5;
+const LANES_FROM_CARRIAGEWAY: f64 = 1.5;
 /// So near to its edges, metres, a road that ends may lie on the carriageway of one that runs beside it: nobody drives there.
 const BESIDE: f64 = 0.5;
 /// The largest part of a road that is left out, metres, ...
@@ -21,7 +21,7 @@ const MOST: f64 = 12.0;
 /// ... and as a share of its length.
 const SHARE: f64 = 0.5;
 /// The step, metres, by which it is sought.
-const STEP: f64 = 0.5;
+const SEARCH_STEP: f64 = 0.5;
 /// A road that ends beside itself has led around a loop that is longer, metres, than this and its width.
 const LOOP_LEAST: f64 = 20.0;
 /// What lies less than this, metres, behind the end of a line lies before it: two roads that end at a gate face each other.
@@ -47,7 +47,11 @@ pub fn end_before_carriageways(mut network: RoadNetwork) -> RoadNetwork {
 /// The dead ends that lie on carriageways, each with how far it is set back, metres.
 fn setbacks(network: &RoadNetwork) -> Vec<(RoadEnd, f64)> {
     let dead = network.intersections.iter().filter(|it| it.arms.len() == 1 && it.circle.is_none());
-    let dead = dead.map(|it| DeadEnd { network, at: it.arms[0], clear: if it.map_edge { CLEAR } else { 0.0 } });
+    let dead = dead.map(|it| DeadEnd {
+        network,
+        at: it.arms[0],
+        clear: if it.map_edge { LANES_FROM_CARRIAGEWAY } else { 0.0 },
+    });
     let reach = |end: &DeadEnd| polygon::bounds(&[0.0, MOST].map(|setback| end.ground(setback)).concat());
     let (ends, reaches): (Vec<DeadEnd>, Vec<_>) =
         dead.filter_map(|end| Some((reach(&end)?, end))).map(|(r, e)| (e, r)).unzip();
@@ -94,7 +98,7 @@ impl DeadEnd<'_> {
         let rest = rest.as_ref().map(|line| (line, own.half_width()));
         let covered = |place: &Point| others.iter().chain(&rest).any(|(line, half)| lies_on(line, *half, *place));
         let most = MOST.min(length * SHARE);
-        let mut steps = (0..).map(|i| STEP * f64::from(i)).take_while(|setback| *setback <= most);
+        let mut steps = (0..).map(|i| SEARCH_STEP * f64::from(i)).take_while(|setback| *setback <= most);
         let clear = steps.find(|setback| !self.ground(*setback).iter().any(covered))?;
         (clear > 0.0).then_some(clear)
     }

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
-const STRAIGHT: f64 = 0.001;
+const ON_LINE: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
 const STRAIGHT_WITHIN: f64 = 25.0;
 /// Places that lie nearer, metres, to a vertex of the line do not become vertices.
@@ -131,7 +131,7 @@ fn straightened(line: &Polyline) -> Polyline {
     for (before, place) in line.segments() {
         part.push(place);
         if square(&before) != square(&place) || place == line.last() {
-            let of_part = Polyline::new(part).map(|part| part.straightened(STRAIGHT));
+            let of_part = Polyline::new(part).map(|part| part.straightened(ON_LINE));
             straight.extend(of_part.iter().flat_map(|part| part.points().iter().skip(1)));
             part = vec![place];
         }

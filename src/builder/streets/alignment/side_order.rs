@@ -12,7 +12,7 @@ use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::{Vector, angle_between};
 
 /// Distance from the intersection up to which the order of its arms counts, metres.
-const REACH: f64 = 80.0;
+const ORDER_WITHIN: f64 = 80.0;
 /// The additional distance up to which it counts where roads run beside each other, metres.
 const BEYOND: f64 = 120.0;
 /// Distance over which the direction of an arm is taken, metres.
@@ -83,8 +83,8 @@ fn add_hints(network: &RoadNetwork, a: RoadEnd, b: RoadEnd, hints: &mut SideHint
             for (of, other, outward) in [(l, r, -1.0), (r, l, 1.0)] {
                 let (length, end) = (network.road(of.arm.road).line.length(), of.arm.end);
                 let (range, side) = match end {
-                    End::Start => ([0.0, REACH - of.from], outward),
-                    End::End => ([length - (REACH - of.from), length], -outward),
+                    End::Start => ([0.0, ORDER_WITHIN - of.from], outward),
+                    End::End => ([length - (ORDER_WITHIN - of.from), length], -outward),
                 };
                 let hint = SideHint { range, side, meets: meets.then_some(end) };
                 hints.entry((of.arm.road.position(), other.arm.road.position())).or_default().push(hint);
@@ -99,7 +99,7 @@ struct Link {
     from: f64,
 }
 
-/// The arm and the roads that continue it within [`REACH`].
+/// The arm and the roads that continue it within [`ORDER_WITHIN`].
 fn chain(network: &RoadNetwork, arm: RoadEnd) -> Vec<Link> {
     let mut links = vec![Link { arm, from: 0.0 }];
     while let Some(last) = links.last() {
@@ -108,7 +108,7 @@ fn chain(network: &RoadNetwork, arm: RoadEnd) -> Vec<Link> {
         let far = other_end(last.arm);
         let &[x, y] = network.intersection(network.intersection_at(far)).arms.as_slice() else { break };
         let next = if x == far { y } else { x };
-        if from >= REACH || links.iter().any(|link| link.arm.road == next.road) {
+        if from >= ORDER_WITHIN || links.iter().any(|link| link.arm.road == next.road) {
             break;
         }
         links.push(Link { arm: next, from });

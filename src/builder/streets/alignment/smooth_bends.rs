@@ -7,7 +7,7 @@ use std::iter::successors;
 use crate::geometry::{Point, Polyline, angle_between, left_of};
 
 /// The largest turn at one point, radians: 10 degrees. Offsets of the line then keep their shape.
-const STEP: f64 = 0.1746;
+const TURN_AT_POINT: f64 = 0.1746;
 /// Radius of a bend if the line has room for it, metres.
 const COMFORT: f64 = 12.0;
 /// The largest distance of an eased line from the drawn corner, metres, unless the road's width needs more.
@@ -211,7 +211,7 @@ fn tangent(a: Point, b: Point, c: Point, radius: f64) -> f64 {
 fn arc(a: Point, b: Point, c: Point, room: f64, wanted: f64) -> Vec<Point> {
     let turn = angle_between(b - a, c - b);
     let half_turn = turn.abs() / 2.0;
-    if half_turn * 2.0 <= STEP {
+    if half_turn * 2.0 <= TURN_AT_POINT {
         return vec![b];
     }
     let off_corner = 1.0 / half_turn.cos() - 1.0;
@@ -219,7 +219,7 @@ fn arc(a: Point, b: Point, c: Point, room: f64, wanted: f64) -> Vec<Point> {
     let (u, v) = ((b - a).normalize(), (c - b).normalize());
     let begin = b - u * (radius * half_turn.tan());
     let centre = begin + left_of(u) * (radius * turn.signum());
-    let pieces = (turn.abs() / STEP).ceil().max(1.0) as usize;
+    let pieces = (turn.abs() / TURN_AT_POINT).ceil().max(1.0) as usize;
     let end = b + v * (radius * half_turn.tan());
     let spoke = begin - centre;
     (0..=pieces)
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn a_right_angle_becomes_an_arc() {
         let bend = eased(&line(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)]), 4.0);
-        assert!(sharpest(&bend) <= STEP + 1e-9);
+        assert!(sharpest(&bend) <= TURN_AT_POINT + 1e-9);
         assert!(bend.distance(Point::new(30.0, 0.0)) < (4.0 + INNER_RADIUS) * 0.42);
         let inner = bend.offset(4.0, 2.0).unwrap();
         assert!(inner.points().windows(2).all(|w| (w[1] - w[0]).dot(&(w[1] - w[0])) > 0.0));
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn a_spike_is_removed() {
         let spike = eased(&line(&[(0.0, 0.0), (20.0, 0.0), (18.0, 0.1), (40.0, 0.0)]), 3.0);
-        assert!(sharpest(&spike) <= STEP + 1e-9);
+        assert!(sharpest(&spike) <= TURN_AT_POINT + 1e-9);
         assert!(spike.length() < 41.0);
     }
 }

@@ -15,7 +15,7 @@ const LONGEST: f64 = 120.0;
 /// A wider island, metres, is the median between two roads.
 const WIDEST: f64 = 6.0;
 /// Spacing of the samples of the middle line, metres.
-const STEP: f64 = 2.0;
+const SAMPLED_EVERY: f64 = 2.0;
 
 /// Joins every pair of one-way roads around an island.
 pub fn join_around_islands(network: RoadNetwork) -> RoadNetwork {
@@ -74,7 +74,7 @@ const SAME_CROSSWALK: f64 = 3.0;
 
 /// One road from two carriageways with the same first and last point; `a` is driven along its line, `b` against it.
 fn around_island(a: &Road, b: &Road) -> Option<Road> {
-    let count = (a.line.length().max(b.line.length()) / STEP).ceil() as usize + 1;
+    let count = (a.line.length().max(b.line.length()) / SAMPLED_EVERY).ceil() as usize + 1;
     let (with, against) = (a.line.resampled_to(count), b.line.resampled_to(count));
     let half = a.half_width() + b.half_width();
     let mut widest = f64::NEG_INFINITY;

@@ -26,7 +26,7 @@ pub enum OverrideTarget {
 }
 
 /// The largest distance of a road from the point, metres.
-const NEAR: f64 = 10.0;
+const ROAD_AT_POINT: f64 = 10.0;
 
 /// For each road the index of its first override.
 pub fn overridden(network: &RoadNetwork, wishes: &[MergeOverride]) -> FxHashMap<RoadIx, usize> {
@@ -51,7 +51,7 @@ fn targets(network: &RoadNetwork, target: &OverrideTarget) -> Vec<RoadIx> {
         OverrideTarget::Near(point) => {
             let nearest = roads.map(|ix| (network.road(ix).line.distance(*point), ix));
             let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            nearest.filter(|(distance, _)| *distance <= NEAR).map(|(_, ix)| ix).into_iter().collect()
+            nearest.filter(|(distance, _)| *distance <= ROAD_AT_POINT).map(|(_, ix)| ix).into_iter().collect()
         }
     }
 }

@@ -17,7 +17,7 @@ use super::terrain_profile::TerrainProfile;
 use super::{HeightOptions, set_heights, simplified};
 
 /// Least distance between stations, metres.
-const SAME: f64 = 1.0;
+const STATIONS_APART: f64 = 1.0;
 /// Allowed step between ends that touch, metres.
 const LEAST: f64 = 0.02;
 
@@ -86,9 +86,10 @@ fn cut(network: &RoadNetwork, kept: &[Stations], RoadEnd { road: ix, end }: Road
 fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &HeightOptions) -> SampledHeights {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
-    let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();
+    let cuts: Vec<f64> =
+        kept.into_iter().filter(|cut| (STATIONS_APART..=length - STATIONS_APART).contains(cut)).collect();
     let even = (0..=pieces).map(|i| length * i as f64 / pieces as f64);
-    let inner = |s: &f64| *s == 0.0 || *s == length || cuts.iter().all(|cut| (cut - s).abs() > SAME);
+    let inner = |s: &f64| *s == 0.0 || *s == length || cuts.iter().all(|cut| (cut - s).abs() > STATIONS_APART);
     let mut stations: Vec<f64> = even.filter(inner).chain(cuts.iter().copied()).collect();
     stations.sort_by(f64::total_cmp);
     stations.dedup();

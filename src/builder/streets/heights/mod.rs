@@ -128,11 +128,11 @@ fn simplified(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// Sets the heights of a road; its line gets a vertex wherever the grade changes.
 fn set_heights(road: &mut Road, profile: &TerrainProfile) {
     /// Vertices closer than this, metres, are one.
-    const SAME: f64 = 0.5;
+    const SAME_VERTEX: f64 = 0.5;
     let mut stations = road.line.stations();
     let is_new = |s: &f64| {
         let next = stations.partition_point(|own| own < s);
-        stations[next.saturating_sub(1)..].iter().take(2).all(|own| (own - s).abs() > SAME)
+        stations[next.saturating_sub(1)..].iter().take(2).all(|own| (own - s).abs() > SAME_VERTEX)
     };
     let inner: Vec<f64> = profile.stations().iter().copied().filter(is_new).collect();
     if !inner.is_empty() {

@@ -6,9 +6,9 @@ use crate::geometry::{Point, Polyline, segment_crossing};
 use super::thicken::{Side, ThickenedArm};
 
 /// Step of the search for a gap between two roads, metres.
-const STEP: f64 = 2.0;
+const SEARCH_STEP: f64 = 2.0;
 /// Collisions closer together than this, metres, belong to one overlap.
-const NEAR: f64 = 4.0;
+const ONE_OVERLAP: f64 = 4.0;
 
 /// A place where an edge of one arm crosses an edge of another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,10 +88,10 @@ fn edge_crossings(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
 
 /// Whether the roads are clear of each other somewhere between two stations of `a`, metres.
 fn has_gap(a: &ThickenedArm, b: &ThickenedArm, from: f64, to: f64) -> bool {
-    if to - from < NEAR {
+    if to - from < ONE_OVERLAP {
         return false;
     }
-    let steps = ((to - from) / STEP).ceil() as usize;
+    let steps = ((to - from) / SEARCH_STEP).ceil() as usize;
     let mut near = 0;
     (1..steps).any(|i| {
         let p = a.line.at(from + (to - from) * i as f64 / steps as f64);

@@ -19,7 +19,7 @@ use super::{Outline, OutlineCase, OutlineCut, general_outline, merged_outline, r
 /// Least angle between edges, degrees: smaller ones may coincide after rounding.
 const FOLD: f64 = 1.0;
 /// The largest distance between equal cuts after rounding, metres.
-const SAME: f64 = 1e-9;
+const SAME_CUT: f64 = 1e-9;
 
 /// Where more roads than this meet, the union of their ends is not asked for: all of them cross each other, in each of many rounds. Their
 /// outline is the hull of their cuts. Three times as many as are joined to one intersection.
@@ -129,7 +129,7 @@ impl<'a> IntersectionSite<'a> {
         let arms = &self.intersection.arms;
         for ((arm, planned), cut) in arms.iter().zip(&self.plan.star.trims).zip(&mut outline.cuts) {
             let [trim, _] = outwards(*arm, self.network.road(arm.road).line.length(), kept);
-            if (trim - planned).abs() >= SAME {
+            if (trim - planned).abs() >= SAME_CUT {
                 return None;
             }
             // The roads may have other indices than in the network of the plan.

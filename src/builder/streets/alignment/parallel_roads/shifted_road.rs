@@ -19,7 +19,7 @@ pub(super) const TOLERANCE: f64 = 0.03;
 /// No road moves further than this, metres: beyond, the map or the widths are wrong.
 pub(super) const FARTHEST: f64 = 7.0;
 /// How far later rounds pass on what they move, metres.
-const NEAR: f64 = 10.0;
+const PASSED_ON: f64 = 10.0;
 /// A road shorter than this between its cuts, metres, does not move.
 pub(super) const SHORTEST: f64 = 2.0;
 
@@ -127,12 +127,12 @@ impl ShiftedRoad {
         }
     }
 
-    /// Limits a `target`, metres, so that [`ShiftedRoad::shift_to`] moves no place that lies [`NEAR`] or farther from one that is
+    /// Limits a `target`, metres, so that [`ShiftedRoad::shift_to`] moves no place that lies [`PASSED_ON`] or farther from one that is
     /// pushed, and no end at which one road continues another.
     pub(super) fn keep_near(&self, target: &mut [f64]) {
         let last = target.len() - 1;
         for (i, target) in target.iter_mut().enumerate() {
-            let far = |j: &usize| (self.folded(i) - self.folded(*j)).abs() >= NEAR;
+            let far = |j: &usize| (self.folded(i) - self.folded(*j)).abs() >= PASSED_ON;
             let before = (0..=i).rev().find(far).or(self.continued[0].then_some(0));
             let after = (i..=last).find(far).or(self.continued[1].then_some(last));
             for fixed in [before, after].into_iter().flatten() {
