@@ -136,8 +136,8 @@ fn a_stop_line_inside_a_junction_is_drawn_and_told() {
         text[first..last].to_owned()
     };
     let (plain, other) = (sections(&text[begin..]), sections(&junction(wider, -1)));
-    assert!(plain != other && text.matches(&plain).count() == 1);
-    let map = built(&text.replace(&plain, &other));
+    assert!(plain != other);
+    let map = built(&(text[..begin].to_owned() + &text[begin..].replacen(&plain, &other, 1)));
     let lines = map.built.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
     let at_line = lines.filter(|line| {
         let first = line.points.first().and_then(|id| map.built.map.points.get(*id)).unwrap();
