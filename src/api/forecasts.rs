@@ -1,7 +1,8 @@
 //! What Autoware's planner will do with a map.
 
+use crate::lanelet::LaneletId;
 use crate::lanelet::index::view::View;
-use crate::planner::{Forecast, NoRoute, Params, RoadNetwork};
+use crate::planner::{Forecast, NoRoute, Params, RoadNetwork, surroundings};
 use crate::projection::LonLat;
 use crate::report::failure::Failure;
 
@@ -39,6 +40,15 @@ pub fn forecast(map: impl Into<Input>, along: &Along, params: &Params) -> Result
 
 /// The same of a map that is read already.
 pub(crate) fn forecasts(loaded: &Loaded, along: &Along, params: &Params) -> Result<Vec<Forecast>, Failure> {
+    /// For more lanelets than this the whole map is looked at once.
+    const FEW: usize = 4;
+    if let Along::Lanelets(ids) = along
+        && ids.len() <= FEW
+    {
+        let found: Result<Vec<Option<Forecast>>, Failure> =
+            ids.iter().map(|&id| of_lanelet(loaded, id, params).map_err(no_route)).collect();
+        return Ok(found?.into_iter().flatten().collect());
+    }
     let view = View::new(&loaded.map);
     let network = RoadNetwork::new(&view);
     let (lanelets, route) = chosen(loaded, &network, along)?;
@@ -46,20 +56,27 @@ pub(crate) fn forecasts(loaded: &Loaded, along: &Along, params: &Params) -> Resu
     Ok(all.collect())
 }
 
+/// What the planner will do on one lanelet, found from what lies around it.
+fn of_lanelet(loaded: &Loaded, id: i64, params: &Params) -> Result<Option<Forecast>, NoRoute> {
+    let view = surroundings(&loaded.map, LaneletId(id), params).ok_or(NoRoute::NoSuchLanelet(id))?;
+    let network = RoadNetwork::new(&view);
+    Ok(network.forecast(network.lanelet(id)?, &[], params))
+}
+
+/// Why there is no such lanelet or route, with a way out.
+fn no_route(error: NoRoute) -> Failure {
+    let help = match error {
+        NoRoute::NoSuchLanelet(_) => "`lanewright draw MAP --ids` writes the ids of lanelets into the picture",
+        NoRoute::NotForVehicles(_) => "name a lanelet with subtype road, or one that vehicles may enter",
+        NoRoute::NotConnected(..) => "name two lanelets of which one is reached from the other straight on or by turns",
+    };
+    Failure::new(error.to_string()).help(help)
+}
+
 /// The lanelets, and the route on which they lie.
 fn chosen(loaded: &Loaded, network: &RoadNetwork<'_, '_>, along: &Along) -> Result<(Vec<usize>, Vec<usize>), Failure> {
     let all = || (0..network.view.lanelets.len()).filter(|&at| network.graph.passes(at));
     let turns = |at: &usize| network.turn(*at).is_some();
-    let no_route = |error: NoRoute| {
-        let help = match error {
-            NoRoute::NoSuchLanelet(_) => "`lanewright draw MAP --ids` writes the ids of lanelets into the picture",
-            NoRoute::NotForVehicles(_) => "name a lanelet with subtype road, or one that vehicles may enter",
-            NoRoute::NotConnected(..) => {
-                "name two lanelets of which one is reached from the other straight on or by turns"
-            }
-        };
-        Failure::new(error.to_string()).help(help)
-    };
     match along {
         Along::Intersections => Ok((all().filter(turns).collect(), Vec::new())),
         Along::Lanelets(ids) => {

@@ -66,7 +66,17 @@ impl RoadNetwork<'_, '_> {
         self.attention_among(at, self.graph.conflicting(at), params)
     }
 
-    /// The same, where it is known which lanelets conflict with it.
+    /// Whether the module watches one lanelet on another.
+    pub fn watches(&self, at: usize, other: usize, params: &Params) -> bool {
+        let attention = match params.consider_wrong_direction_vehicle {
+            true => self.attention(at, params),
+            false if self.graph.conflict(at, other) => self.attention_among(at, vec![other], params),
+            false => return false,
+        };
+        attention.watched.contains(&other)
+    }
+
+    /// Whom it watches, where it is known which lanelets conflict with it.
     pub fn attention_among(&self, at: usize, conflicting: Vec<usize>, params: &Params) -> Attention {
         let mut own: Vec<usize> = Vec::new();
         for before in self.graph.previous(at) {

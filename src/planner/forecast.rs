@@ -187,7 +187,7 @@ impl RoadNetwork<'_, '_> {
         attention: &Attention,
         params: &Params,
     ) -> Watched {
-        let back = self.turn(other).is_some() && self.attention(other, params).watched.contains(&at);
+        let back = self.turn(other).is_some() && self.watches(other, at, params);
         let waits = match (ignored.is_none(), back) {
             (true, true) => Priority::Both,
             (true, false) => Priority::Mine,

@@ -20,6 +20,6 @@ pub use forecast::{Forecast, Outcome, Priority, Stopping, Watched};
 pub use lines::{DefaultStop, EDGE, Lines, ReachesIn, StopSource, StuckArea};
 pub use params::{Params, ParamsError};
 pub use path::Front;
-pub use road_network::{NoRoute, RoadNetwork};
+pub use road_network::{NoRoute, RoadNetwork, surroundings};
 pub use sides::{BlindSpot, Blinker, PrivateRoad, SignLine, TrafficLight};
 pub use strip::Strip;

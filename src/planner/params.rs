@@ -215,6 +215,14 @@ impl Params {
         self.wheel_base + self.front_overhang
     }
 
+    /// How far (m) at most the modules follow lanes from what they look at.
+    pub fn looks_back(&self) -> f64 {
+        let path = super::path::AROUND.into_iter().fold(0.0, f64::max);
+        [self.attention_area_length, self.backward_attention_length, self.occlusion_attention_area_length]
+            .into_iter()
+            .fold(path, f64::max)
+    }
+
     /// How far (m) before a lanelet a vehicle can stand that stops for what begins with it.
     pub fn stopping_reach(&self) -> f64 {
         2.0 * (self.front() + self.rear_overhang) + self.default_stopline_margin

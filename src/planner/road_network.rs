@@ -1,11 +1,12 @@
 //! The lanelets of a map as Autoware's routing graph for vehicles connects them.
 
+use super::params::Params;
 use crate::geometry::polygon::contains;
-use crate::geometry::{Point, Polyline};
-use crate::lanelet::index::center_line;
+use crate::geometry::{Point, Polyline, Vector};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View};
-use crate::lanelet::{LaneletId, RegulatoryElement, TurnDirection};
+use crate::lanelet::index::{center_line, extent};
+use crate::lanelet::{LaneletId, LaneletMap, RegulatoryElement, TurnDirection};
 
 /// A map with its routing graph for vehicles. Lanelets go by their position in [`View::lanelets`].
 #[derive(Debug)]
@@ -28,6 +29,26 @@ pub enum NoRoute {
     /// Nothing leads there without changing lanes.
     #[error("no way leads from lanelet {0} to lanelet {1} without changing lanes")]
     NotConnected(i64, i64),
+}
+
+/// Slack, metres: lanelets that overlap another reach seldom farther.
+const SLACK: f64 = 100.0;
+
+/// So much of a map as decides what the planner will do on one lanelet: all that overlaps it, and as far from there as the modules look.
+/// `None` if no lanelet has the id.
+pub fn surroundings<'m>(map: &'m LaneletMap, lanelet: LaneletId, params: &Params) -> Option<View<'m>> {
+    let own = extent(&map.outline(map.lanelets.get(lanelet)?));
+    let grown = |[low, high]: [Point; 2], by: f64| [low - Vector::repeat(by), high + Vector::repeat(by)];
+    let mut reached = grown(own, SLACK);
+    loop {
+        let view = View::between(map, grown(reached, params.looks_back()));
+        let overlapping = view.near(own, 0.0).into_iter().map(|at| view.lanelets[at].extent);
+        let needed = overlapping.fold(reached, |[low, high], [a, b]| [low.inf(&a), high.sup(&b)]);
+        if needed == reached {
+            return Some(view);
+        }
+        reached = needed;
+    }
 }
 
 impl<'v, 'm> RoadNetwork<'v, 'm> {

@@ -4,15 +4,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 use lanewright::lanelet::index::view::View;
 use lanewright::lanelet::{LaneletId, LineStringId, RegulatoryElementId};
-use lanewright::planner::{Forecast, Outcome, Params, Priority, Reason, RoadNetwork, StopSource, Watched};
+use lanewright::planner::{
+    Forecast, Outcome, Params, Priority, Reason, RoadNetwork, StopSource, Watched, surroundings,
+};
 use serde::Deserialize;
 
 use crate::common::judging::load;
 use crate::common::needs::python;
-use crate::common::{hand_made_maps, is_fresh, root, rule_maps, shared_maps};
+use crate::common::{hand_made_maps, is_fresh, root, rule_maps, samples, shared_maps};
 
 /// What the script says of one lanelet.
 #[derive(Deserialize)]
@@ -60,6 +63,37 @@ fn the_planner_watches_what_the_real_routing_graph_says() {
         }
     }
     assert!(compared >= 200, "only {compared} lanelets were compared");
+}
+
+/// What lies around a lanelet tells the same as the whole map, and is found in a small part of the time that reading takes.
+#[test]
+fn the_surroundings_of_a_lanelet_are_enough() {
+    let maps = [hand_made_maps(), shared_maps("corpus/lanelet2_more", 5), samples()].concat();
+    let (mut compared, mut reading, mut forecasting) = (0, Duration::ZERO, Duration::ZERO);
+    let params = Params { attention_area_length: 60.0, backward_attention_length: 40.0, ..Params::default() };
+    for map in &maps {
+        let start = Instant::now();
+        let loaded = load(map).1;
+        let read = start.elapsed();
+        let whole = View::new(&loaded.map);
+        let network = RoadNetwork::new(&whole);
+        let inside = |at: &usize| network.graph.passes(*at) && network.turn(*at).is_some();
+        for at in (0..whole.lanelets.len()).filter(inside).step_by(3) {
+            let id = whole.lanelets[at].id();
+            reading += read;
+            let start = Instant::now();
+            let near = surroundings(&loaded.map, id, &params).unwrap();
+            let part = RoadNetwork::new(&near);
+            let told = part.forecast(part.lanelet(id.0).unwrap(), &[], &params);
+            forecasting += start.elapsed();
+            assert_eq!(told, network.forecast(at, &[], &params), "{}: lanelet {id}", map.display());
+            compared += 1;
+        }
+    }
+    assert!(compared >= 100, "only {compared} lanelets were compared");
+    let share = forecasting.as_secs_f64() / reading.as_secs_f64();
+    println!("one forecast takes {:.1} % of reading a map", share * 100.0);
+    assert!(share < 0.33, "one forecast takes {:.0} % of reading a map", share * 100.0);
 }
 
 /// What the program prints of a lanelet of one of the rules' maps.

@@ -121,7 +121,22 @@ impl<'m> Seen<'m> {
 impl<'m> View<'m> {
     /// Looks at a map.
     pub fn new(map: &'m LaneletMap) -> Self {
-        let lanelets = map.lanelets.as_slice().par_iter().finely().filter_map(|lanelet| Seen::new(map, lanelet));
+        Self::of(map, |_| true)
+    }
+
+    /// Looks at those lanelets of a map that have a point of a bound between two corners.
+    pub fn between(map: &'m LaneletMap, [low, high]: [Place; 2]) -> Self {
+        let inside = |p: Place| low.x <= p.x && p.x <= high.x && low.y <= p.y && p.y <= high.y;
+        Self::of(map, |lanelet| {
+            [lanelet.left, lanelet.right]
+                .iter()
+                .any(|&bound| map.bound_points(bound).any(|point| inside(point.position)))
+        })
+    }
+
+    fn of(map: &'m LaneletMap, wanted: impl Fn(&Lanelet) -> bool + Sync) -> Self {
+        let all = map.lanelets.as_slice().par_iter().finely();
+        let lanelets = all.filter(|lanelet| wanted(lanelet)).filter_map(|lanelet| Seen::new(map, lanelet));
         let lanelets: Vec<Seen<'m>> = lanelets.collect();
         let mut referrers: FxHashMap<RegulatoryElementId, Vec<usize>> = FxHashMap::default();
         for (at, seen) in lanelets.iter().enumerate() {

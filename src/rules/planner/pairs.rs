@@ -49,8 +49,9 @@ fn of_lanelet(all: &Watching, at: usize) -> Vec<Pair> {
         let once = at < other || !turns;
         let lanes = [lane, conflict.other];
         let fault = match (all.watches(at, other), all.watches(other, at)) {
-            (true, back) if (once || !back) && in_vain(all, at, other, conflict) => "never-meets",
             (false, false) if once && turns && !is_separated(all, lanes) && meet(all, at, other) => "nobody-waits",
+            _ if all.are_neighbours(at, other) => continue,
+            (true, back) if (once || !back) && in_vain(all, at, other, conflict) => "never-meets",
             (true, true) if once && nobody_goes(all, lanes) && meet(all, at, other) => "both-wait",
             _ => continue,
         };

@@ -17,7 +17,7 @@ pub fn judge(all: &Watching, at: usize) -> Vec<Finding> {
     let (id, count) = (all.id(at), attention.watched.len());
     let about = Subject::Lanelet(id.0);
     let lanes = if count == 1 { "a lane".to_owned() } else { format!("{count} lanes") };
-    let counts = |other: usize| all.conflict(at, other).is_some();
+    let counts = |other: usize| all.conflict(at, other).is_some() && !all.are_neighbours(at, other);
     match (stopping.outcome, stopping.first_watched, stopping.lines.default_stop) {
         (Outcome::NeverMeets, ..) if attention.watched.iter().any(|&other| counts(other)) => {
             let message =

@@ -63,13 +63,17 @@ impl<'m> Watching<'m> {
         self.map.lane(self.id(at))
     }
 
-    /// How two lanelets overlap, where no requirement tells it: slivers and bridges are vm-03-12's, lanelets that start side by side
-    /// vm-03-07's.
+    /// How two lanelets overlap; `None` for slivers and bridges, which are vm-03-12's.
     pub fn conflict(&self, at: usize, other: usize) -> Option<&Conflict> {
         let (x, y) = self.lane(at).zip(self.lane(other))?;
-        let [a, b] = [x, y].map(|lane| self.map.lanes[lane].start.ids);
-        let conflict = self.map.conflicts[x].iter().find(|conflict| conflict.other == y)?;
-        (conflict.real && !a.iter().any(|point| b.contains(point))).then_some(conflict)
+        self.map.conflicts[x].iter().find(|conflict| conflict.other == y && conflict.real)
+    }
+
+    /// Whether two lanelets start side by side: vm-03-07 tells that they overlap.
+    pub fn are_neighbours(&self, at: usize, other: usize) -> bool {
+        let starts =
+            self.lane(at).zip(self.lane(other)).map(|(x, y)| [x, y].map(|lane| self.map.lanes[lane].start.ids));
+        starts.is_some_and(|[a, b]| a.iter().any(|point| b.contains(point)))
     }
 
     /// Its id.
