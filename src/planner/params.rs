@@ -3,6 +3,9 @@
 use saphyr_parser::{Event, Parser};
 use serde::Serialize;
 
+/// Metres of path before and behind a lanelet that are looked at.
+pub(super) const AROUND: [f64; 2] = [120.0, 40.0];
+
 /// A value as a parameter file writes it.
 trait Value: Sized {
     fn read(text: &str) -> Option<Self>;
@@ -217,7 +220,7 @@ impl Params {
 
     /// How far (m) at most the modules follow lanes from what they look at.
     pub fn looks_back(&self) -> f64 {
-        let path = super::path::AROUND.into_iter().fold(0.0, f64::max);
+        let path = AROUND.into_iter().fold(0.0, f64::max);
         [self.attention_area_length, self.backward_attention_length, self.occlusion_attention_area_length]
             .into_iter()
             .fold(path, f64::max)

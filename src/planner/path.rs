@@ -10,8 +10,6 @@ use crate::geometry::{Point, Polyline, Vector, left_of, segment_crossing};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::view::boxes_meet;
 
-/// Metres of path before and behind a lanelet that are looked at.
-pub(super) const AROUND: [f64; 2] = [120.0, 40.0];
 /// Metres between the places at which a touch is looked for at first.
 const STRIDE: f64 = 0.5;
 /// Half the length over which the heading of the path is taken, metres.

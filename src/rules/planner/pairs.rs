@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::{Conflict, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
@@ -49,9 +49,11 @@ fn of_lanelet(all: &Watching, at: usize) -> Vec<Pair> {
         let once = at < other || !turns;
         let lanes = [lane, conflict.other];
         let fault = match (all.watches(at, other), all.watches(other, at)) {
-            (false, false) if once && turns && !is_separated(all, lanes) && meet(all, at, other) => "nobody-waits",
             _ if all.are_neighbours(at, other) => continue,
-            (true, back) if (once || !back) && in_vain(all, at, other, conflict) => "never-meets",
+            (false, false) if once && turns && !is_separated(all, lanes) && meet(all, at, other) => "nobody-waits",
+            (true, _) if in_vain(all, at, other, conflict) && !(other < at && in_vain(all, other, at, conflict)) => {
+                "never-meets"
+            }
             (true, true) if once && nobody_goes(all, lanes) && meet(all, at, other) => "both-wait",
             _ => continue,
         };
@@ -64,7 +66,7 @@ fn of_lanelet(all: &Watching, at: usize) -> Vec<Pair> {
 fn found(all: &Watching, pair: &Pair, more: usize) -> Finding {
     let [x, y] = pair.lanelets.map(|at| all.id(at));
     let message = match (pair.fault, more) {
-        ("never-meets", _) => format!("Lanelet {x} waits for {y}, yet vehicles in the middle of both pass each other."),
+        ("never-meets", _) => format!("Lanelet {x} watches {y}, yet vehicles on both pass each other."),
         ("nobody-waits", _) => {
             format!("Lanelets {x} and {y} cross, neither waits for the other, and no light keeps them apart.")
         }
@@ -73,7 +75,12 @@ fn found(all: &Watching, pair: &Pair, more: usize) -> Finding {
         _ => format!("Lanelets {x} and {y} each wait for the other, as do {more} more pairs of the intersection."),
     };
     let finding = Finding::new(pair.fault, Subject::Lanelet(x.0), message);
-    finding.with(Subject::Lanelet(y.0), "conflicting lanelet").at(Place::Point(pair.place))
+    let finding = finding.with(Subject::Lanelet(y.0), "conflicting lanelet").at(Place::Point(pair.place));
+    let [at, other] = pair.lanelets;
+    match pair.fault == "never-meets" && !comes_in(all, at, other) {
+        true => finding.graded(Severity::Info),
+        false => finding,
+    }
 }
 
 /// Whether vehicles in the middle of two lanelets touch each other.
@@ -81,12 +88,20 @@ fn meet(all: &Watching, at: usize, other: usize) -> bool {
     all.strip(at).zip(all.strip(other)).is_some_and(|(one, other)| one.meets(other))
 }
 
-/// Whether a lanelet is waited for that is never met: who drives there touches this lanelet, which is what the module looks for, and not
-/// the vehicle on it.
+/// Whether a lanelet is waited for that is never met, even if vehicles on both are a little astray: who drives there touches this
+/// lanelet, which is what the module looks for, and not the vehicle on it.
 fn in_vain(all: &Watching, at: usize, other: usize, conflict: &Conflict) -> bool {
-    let Some((mine, theirs)) = all.strip(at).zip(all.strip(other)) else { return false };
+    let Some((mine, theirs)) = all.strip(at).zip(all.strip(other)).filter(|_| all.watches(at, other)) else {
+        return false;
+    };
     let sure = mine.holds(conflict.place) && theirs.holds(conflict.place);
-    !sure && !mine.meets(theirs) && theirs.meets(&all.network.surface(at))
+    !sure && !mine.meets(theirs) && theirs.meets(&all.network.surface(at)) && all.meets_any(at)
+}
+
+/// Whether who drives in the very middle of one lanelet touches another.
+fn comes_in(all: &Watching, at: usize, other: usize) -> bool {
+    let middle = all.network.strip(other, 0.0, &all.params);
+    middle.is_some_and(|middle| middle.meets(&all.network.surface(at)))
 }
 
 /// The traffic of two lanes with their places in it, where both are movements of one intersection.

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::polygon::contains;
-use crate::planner::{Attention, EDGE, Outcome, StopSource, Strip};
+use crate::planner::{Attention, EDGE, Outcome, StopSource};
 
 use super::watching::Watching;
 
@@ -46,11 +46,9 @@ pub fn judge(all: &Watching, at: usize) -> Vec<Finding> {
 /// vehicle stops, or a stop line lies inside it. Where its path leads needs to be found of these alone.
 fn is_odd(all: &Watching, at: usize, attention: &Attention) -> bool {
     let network = &all.network;
-    let surfaces: Vec<Strip> = attention.watched.iter().map(|&other| network.surface(other)).collect();
-    let meets_any = |strip: &Strip| surfaces.iter().any(|surface| strip.meets(surface));
     let approach = network.approach(at, all.params.stopping_reach(), &all.params);
-    approach.is_some_and(|approach| meets_any(&approach))
-        || all.strip(at).is_some_and(|strip| !meets_any(strip))
+    approach.is_some_and(|approach| attention.watched.iter().any(|&other| approach.meets(&network.surface(other))))
+        || (all.strip(at).is_some() && !all.meets_any(at))
         || has_line_inside(all, at)
 }
 

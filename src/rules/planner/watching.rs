@@ -53,6 +53,12 @@ impl<'m> Watching<'m> {
         self.attention[at].as_ref().is_some_and(|attention| attention.watched.contains(&other))
     }
 
+    /// Whether the path over a lanelet touches any that it watches; if none, the module does nothing there.
+    pub fn meets_any(&self, at: usize) -> bool {
+        let watched = self.attention[at].iter().flat_map(|attention| &attention.watched);
+        self.strip(at).is_some_and(|strip| watched.into_iter().any(|&other| strip.meets(&self.network.surface(other))))
+    }
+
     /// What vehicles sweep on a lanelet, with the inaccuracy of a real path.
     pub fn strip(&self, at: usize) -> Option<&Strip> {
         self.strips[at].get_or_init(|| self.network.strip(at, EDGE, &self.params)).as_ref()
