@@ -3,6 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use proc_macro2::{Ident, TokenStream, TokenTree};
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, ItemMod, ItemUse, Macro, MetaList, Path, UsePath, UseTree, Visibility};
+
 /// A module by its names from the root of the crate on, which itself has none.
 pub type Module = Vec<String>;
 
@@ -46,101 +50,6 @@ impl Import {
     }
 }
 
-/// The text without comments, strings and characters, which become blanks.
-fn code(text: &str) -> String {
-    let chars: Vec<char> = text.chars().collect();
-    let mut out = String::with_capacity(text.len());
-    let mut i = 0;
-    let blank = |out: &mut String, range: &[char]| out.extend(range.iter().map(|&c| if c == '\n' { c } else { ' ' }));
-    while i < chars.len() {
-        let rest = &chars[i..];
-        let begins = |word: &str| rest.iter().copied().take(word.len()).eq(word.chars());
-        let hashes = rest.iter().skip(1).take_while(|c| **c == '#').count();
-        let raw = rest[0] == 'r' && rest.get(1 + hashes) == Some(&'"') && !out.ends_with(|c: char| c.is_alphanumeric());
-        let length = if begins("//") {
-            rest.iter().position(|c| *c == '\n').unwrap_or(rest.len())
-        } else if raw {
-            let end: Vec<char> = std::iter::once('"').chain(std::iter::repeat_n('#', hashes)).collect();
-            let body = &rest[2 + hashes..];
-            body.windows(end.len()).position(|w| w == end).map_or(rest.len(), |at| 2 + hashes + at + end.len())
-        } else if rest[0] == '"' {
-            let mut at = 1;
-            while at < rest.len() && rest[at] != '"' {
-                at += if rest[at] == '\\' { 2 } else { 1 };
-            }
-            at + 1
-        } else if rest[0] == '\'' && rest.get(1) == Some(&'\\') {
-            3 + rest.iter().skip(3).position(|c| *c == '\'').unwrap_or_default()
-        } else if rest[0] == '\'' && rest.get(2) == Some(&'\'') {
-            3
-        } else {
-            out.push(rest[0]);
-            i += 1;
-            continue;
-        };
-        let end = (i + length).min(chars.len());
-        blank(&mut out, &chars[i..end]);
-        i = end;
-    }
-    out
-}
-
-/// Words and signs, each with its line; `::` is one sign.
-fn tokens(code: &str) -> Vec<(usize, String)> {
-    let mut found: Vec<(usize, String)> = Vec::new();
-    for (line, text) in code.lines().enumerate() {
-        let mut rest = text.trim_start();
-        while let Some(first) = rest.chars().next() {
-            let word = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-            let length = if word > 0 {
-                word
-            } else if rest.starts_with("::") {
-                2
-            } else {
-                first.len_utf8()
-            };
-            found.push((line + 1, rest[..length].to_owned()));
-            rest = rest[length..].trim_start();
-        }
-    }
-    found
-}
-
-/// The leaves of the tree behind `use`, up to its end: line, path, the name by which it goes.
-fn leaves(tokens: &[(usize, String)], at: &mut usize, prefix: &[String], out: &mut Vec<(usize, Module, String)>) {
-    let (mut path, mut line, mut name) = (prefix.to_vec(), 0, None);
-    while let Some((here, token)) = tokens.get(*at) {
-        match token.as_str() {
-            "," | "}" | ";" => break,
-            "{" => {
-                *at += 1;
-                while tokens.get(*at).is_some_and(|t| !matches!(t.1.as_str(), "}" | ";")) {
-                    leaves(tokens, at, &path, out);
-                    *at += usize::from(tokens.get(*at).is_some_and(|t| t.1 == ","));
-                }
-                *at += 1;
-                return;
-            }
-            "as" => {
-                name = tokens.get(*at + 1).map(|t| t.1.clone());
-                *at += 1;
-            }
-            "::" => {}
-            word => {
-                line = *here;
-                path.push(word.to_owned());
-            }
-        }
-        *at += 1;
-    }
-    if path.len() > 1 && path.last().is_some_and(|last| last == "self") {
-        path.pop();
-    }
-    if let Some(name) = name.or_else(|| path.last().cloned()) {
-        out.push((line, path, name));
-    }
-}
-
 /// A path from the root of the crate on; `None` if it leads out of the crate.
 fn absolute(module: &[String], path: &[String], children: &BTreeSet<String>) -> Option<Module> {
     let mut from = module.to_vec();
@@ -160,80 +69,146 @@ fn absolute(module: &[String], path: &[String], children: &BTreeSet<String>) -> 
     Some(from)
 }
 
-/// The token behind the brace that closes one which is open at a token.
-fn behind_braces(tokens: &[(usize, String)], mut at: usize) -> usize {
-    let mut open = 1;
-    while open > 0 && at < tokens.len() {
-        let word = tokens[at].1.as_str();
-        open = if word == "{" { open + 1 } else { open - usize::from(word == "}") };
-        at += 1;
+/// Whether something is compiled for unit tests alone.
+fn is_of_tests(attributes: &[Attribute]) -> bool {
+    let is_test = |one: &Attribute| {
+        one.path().is_ident("cfg") && one.parse_args::<Path>().is_ok_and(|condition| condition.is_ident("test"))
+    };
+    attributes.iter().any(is_test)
+}
+
+/// Walks through a file and notes what it names.
+struct Reader<'a> {
+    module: &'a Module,
+    /// Modules that the file declares and other files define.
+    children: BTreeSet<String>,
+    /// Modules within the file, from the outermost to the one that is read.
+    inner: Vec<String>,
+    read: Read,
+}
+
+impl Reader<'_> {
+    /// A path as the file writes it, from the root of the crate on.
+    fn absolute(&self, path: &[String]) -> Option<Module> {
+        let here = [&self.module[..], &self.inner[..]].concat();
+        let none = BTreeSet::new();
+        absolute(&here, path, if self.inner.is_empty() { &self.children } else { &none })
     }
-    at
+
+    fn note(&mut self, line: usize, path: &[String], exported: bool) {
+        if let Some(path) = self.absolute(path) {
+            self.read.named.push(Named { line, path, exported });
+        }
+    }
+
+    /// The leaves of the tree behind `use`.
+    fn leaves(&mut self, tree: &UseTree, prefix: &[String], exported: bool) {
+        let with = |name: &Ident| [prefix, &[name.to_string()]].concat();
+        let (mut path, name, line) = match tree {
+            UseTree::Path(UsePath { ident, tree, .. }) => return self.leaves(tree, &with(ident), exported),
+            UseTree::Group(group) => {
+                return group.items.iter().for_each(|tree| self.leaves(tree, prefix, exported));
+            }
+            UseTree::Name(name) => (with(&name.ident), None, name.ident.span().start().line),
+            UseTree::Rename(rename) => {
+                (with(&rename.ident), Some(rename.rename.to_string()), rename.ident.span().start().line)
+            }
+            UseTree::Glob(glob) => ([prefix, &["*".to_owned()]].concat(), None, glob.star_token.span.start().line),
+        };
+        if path.len() > 1 && path.last().is_some_and(|last| last == "self") {
+            path.pop();
+        }
+        let name = name.or_else(|| path.last().cloned());
+        let Some((path, name)) = self.absolute(&path).zip(name) else { return };
+        if self.inner.is_empty() {
+            self.read.names.insert(name, path.clone());
+        }
+        self.read.named.push(Named { line, path, exported });
+    }
+
+    /// Paths among the tokens of a macro or an attribute, which nobody but the macro can parse.
+    fn tokens(&mut self, tokens: TokenStream) {
+        let (mut path, mut line, mut colons) = (Vec::new(), 0, 0);
+        for token in tokens {
+            match token {
+                TokenTree::Punct(sign) if sign.as_char() == ':' => {
+                    colons += 1;
+                    continue;
+                }
+                TokenTree::Ident(word) if colons == 2 && !path.is_empty() => path.push(word.to_string()),
+                TokenTree::Ident(word) => {
+                    self.noted(&mut path, line);
+                    // What begins with `::` is of another crate.
+                    if colons != 2 {
+                        path.push(word.to_string());
+                    }
+                    line = word.span().start().line;
+                }
+                TokenTree::Group(group) => {
+                    self.noted(&mut path, line);
+                    self.tokens(group.stream());
+                }
+                _ => self.noted(&mut path, line),
+            }
+            colons = 0;
+        }
+        self.noted(&mut path, line);
+    }
+
+    /// Notes a path of two names or more, and begins another.
+    fn noted(&mut self, path: &mut Vec<String>, line: usize) {
+        let path = std::mem::take(path);
+        if path.len() > 1 {
+            self.note(line, &path, false);
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_item_mod(&mut self, item: &'ast ItemMod) {
+        if let Some((_, items)) = item.content.as_ref().filter(|_| !is_of_tests(&item.attrs)) {
+            self.inner.push(item.ident.to_string());
+            items.iter().for_each(|item| self.visit_item(item));
+            self.inner.pop();
+        }
+    }
+
+    fn visit_item_use(&mut self, item: &'ast ItemUse) {
+        if !is_of_tests(&item.attrs) {
+            self.leaves(&item.tree, &[], !matches!(item.vis, Visibility::Inherited));
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast Path) {
+        let names: Vec<String> = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        if let Some(first) = path.segments.first().filter(|_| path.leading_colon.is_none() && names.len() > 1) {
+            self.note(first.ident.span().start().line, &names, false);
+        }
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, called: &'ast Macro) {
+        self.visit_path(&called.path);
+        self.tokens(called.tokens.clone());
+    }
+
+    fn visit_meta_list(&mut self, list: &'ast MetaList) {
+        self.visit_path(&list.path);
+        self.tokens(list.tokens.clone());
+    }
 }
 
 /// What a file says that is a module.
 fn read(file: &str, module: &Module, text: &str) -> Read {
-    let tokens = tokens(&code(text));
-    let word = |i: usize| tokens.get(i).map_or("", |t| t.1.as_str());
-    let children: BTreeSet<String> =
-        (0..tokens.len()).filter(|&i| word(i) == "mod" && word(i + 2) == ";").map(|i| word(i + 1).to_owned()).collect();
-    let mut read = Read { file: file.to_owned(), ..Read::default() };
-    // Modules within the file, each with the depth of braces around it; whether a test follows.
-    let (mut inner, mut depth, mut test): (Vec<(String, usize)>, usize, bool) = (Vec::new(), 0, false);
-    let mut i = 0;
-    while i < tokens.len() {
-        let here = || -> Module { module.iter().chain(inner.iter().map(|it| &it.0)).cloned().collect() };
-        let own = if inner.is_empty() { children.clone() } else { BTreeSet::new() };
-        match word(i) {
-            "#" if word(i + 2) == "cfg" && word(i + 4) == "test" && word(i + 5) == ")" => {
-                test = true;
-                i += 6;
-            }
-            "{" => depth += 1,
-            "}" => {
-                depth = depth.saturating_sub(1);
-                inner.retain(|it| it.1 < depth);
-            }
-            "mod" if word(i + 2) == "{" => {
-                if test {
-                    i = behind_braces(&tokens, i + 3);
-                    test = false;
-                    continue;
-                }
-                inner.push((word(i + 1).to_owned(), depth));
-                i += 1;
-            }
-            // `use<'a>` in a type names lifetimes.
-            "use" if word(i + 1) != "<" => {
-                let exported = i > 0 && matches!(word(i - 1), "pub" | ")");
-                let mut found = Vec::new();
-                i += 1;
-                leaves(&tokens, &mut i, &[], &mut found);
-                for (line, path, name) in found.into_iter().filter(|_| !test) {
-                    let Some(path) = absolute(&here(), &path, &own) else { continue };
-                    if inner.is_empty() {
-                        read.names.insert(name, path.clone());
-                    }
-                    read.named.push(Named { line, path, exported });
-                }
-                test = false;
-            }
-            first if word(i + 1) == "::" && (i == 0 || !matches!(word(i - 1), "::" | ".")) => {
-                let (line, mut path) = (tokens[i].0, vec![first.to_owned()]);
-                while word(i + 1) == "::" && word(i + 2).starts_with(|c: char| c.is_alphabetic() || c == '_') {
-                    path.push(word(i + 2).to_owned());
-                    i += 2;
-                }
-                if let Some(path) = absolute(&here(), &path, &own).filter(|_| !test) {
-                    read.named.push(Named { line, path, exported: false });
-                }
-            }
-            ";" => test = false,
-            _ => {}
-        }
-        i += 1;
-    }
-    read
+    let parsed = syn::parse_file(text).unwrap_or_else(|error| panic!("{file} is not Rust: {error}"));
+    let declared = parsed.items.iter().filter_map(|item| match item {
+        Item::Mod(item) if item.content.is_none() => Some(item.ident.to_string()),
+        _ => None,
+    });
+    let read = Read { file: file.to_owned(), ..Read::default() };
+    let mut reader = Reader { module, children: declared.collect(), inner: Vec::new(), read };
+    reader.visit_file(&parsed);
+    reader.read
 }
 
 /// The module that a file is by its place, and those that `#[path]` makes of others.
