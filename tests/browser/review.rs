@@ -63,6 +63,18 @@ impl Page {
         self.pane("said")
     }
 
+    /// Rejects two fixes, for a reason.
+    fn reject_two(&self) {
+        for _ in 0..2 {
+            self.tried();
+            self.browser.press("x");
+            self.browser.wait("document.activeElement.id === 'reason'");
+            let said = self.said(|| self.browser.press("the sign stands on the other side\u{e007}"));
+            assert!(said.starts_with("rejected"), "{said}");
+        }
+        assert_eq!(self.number("rejected"), 2);
+    }
+
     /// Has a lanelet no longer give way to another, on the card of that.
     fn take_a_yield(&self, text: &str) {
         let browser = &self.browser;
@@ -118,15 +130,7 @@ fn a_review_ends_in_a_map() {
     page.said(|| _ = browser.run("document.getElementById('accept').click()"));
     assert_eq!(page.number("accepted"), 5);
 
-    // Reject two, for a reason.
-    for _ in 0..2 {
-        page.tried();
-        browser.press("x");
-        browser.wait("document.activeElement.id === 'reason'");
-        let said = page.said(|| browser.press("the sign stands on the other side\u{e007}"));
-        assert!(said.starts_with("rejected"), "{said}");
-    }
-    assert_eq!(page.number("rejected"), 2);
+    page.reject_two();
     // What is chosen on the map is the next fix, of which the pane tells all: no card lies over the map.
     assert_eq!(browser.value("document.getElementById('card').hidden"), json!(true));
     std::thread::sleep(std::time::Duration::from_millis(700));

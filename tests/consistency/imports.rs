@@ -200,7 +200,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
 
 /// What a file says that is a module.
 fn read(file: &str, module: &Module, text: &str) -> Read {
-    let parsed = syn::parse_file(text).unwrap_or_else(|error| panic!("{file} is not Rust: {error}"));
+    let parsed = syn::parse_file(text).unwrap();
     let declared = parsed.items.iter().filter_map(|item| match item {
         Item::Mod(item) if item.content.is_none() => Some(item.ident.to_string()),
         _ => None,

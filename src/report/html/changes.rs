@@ -28,7 +28,7 @@ const GROUPS: [&str; 6] =
 pub fn changes_page(diff: &Diff, maps: [&LaneletMap; 2], names: [&str; 2]) -> io::Result<String> {
     let [old, new] = maps;
     // A map that lost all its points has a plane all the same.
-    let frame = Frame::of(if new.points.len() > 0 { new } else { old }, None);
+    let frame = Frame::of(if new.points.is_empty() { old } else { new }, None);
     let title = format!("{} → {}", names[0], names[1]);
     let sources = Sources::new([]);
     let page = Page { title: &title, ..Page::default() };
