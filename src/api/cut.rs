@@ -260,7 +260,7 @@ impl Surveyed {
             return Err(failed(BuildError::Lanelet2Map { lanelets: survey.lanelets }));
         }
         let (ways, roads) = (survey.count(WayUse::Other), survey.count(WayUse::Highway));
-        let no_road = |left_out| failed(NetworkError::NoRoad { ways, left_out }.into());
+        let no_road = |left_out| failed(NetworkError::NoRoad { ways, left_out, first: None }.into());
         let extent = match survey.around(WayUse::Highway) {
             Some(extent) => extent,
             None if roads > 0 => return Err(failed(BuildError::NoPlace)),

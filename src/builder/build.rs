@@ -336,6 +336,6 @@ fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
     match roads.filter_map(around).reduce_with(Extents::with) {
         Some(extents) => Ok(extents.narrower()),
         None if osm.ways.iter().any(|w| w.tags.has("highway")) => Err(BuildError::NoPlace),
-        None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0 }.into()),
+        None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0, first: None }.into()),
     }
 }

@@ -1,7 +1,7 @@
 //! Rings, their areas and their unions. A ring is a list of points, not closed.
 
 use geo::algorithm::bool_ops::FillRule;
-use geo::{Area, BooleanOps, Buffer, Contains, Coord, LineString, MultiPolygon, Polygon};
+use geo::{Area, BooleanOps, Buffer, Contains, Coord, Intersects, LineString, MultiPolygon, Polygon};
 
 use super::{Point, Polyline};
 
@@ -336,6 +336,26 @@ pub fn closed(rings: &[Vec<Point>], width: f64) -> Option<Vec<Point>> {
     clockwise(largest(ground.buffer(width).buffer(-width))?)
 }
 
+/// The pieces of a ring beside a part that is taken off it that are narrower than twice `width` metres and have at least the area `least`,
+/// square metres: the teeth that are left where the two meet at a sharp angle.
+pub fn teeth(ring: &[Point], part: &[Point], width: f64, least: f64) -> Vec<Vec<Point>> {
+    /// The teeth touch the part up to this distance, metres.
+    const TOUCHES: f64 = 0.05;
+    if is_flat(ring) || is_flat(part) {
+        return Vec::new();
+    }
+    let rest = to_geo(ring).difference(&to_geo(part));
+    let narrow = rest.difference(&rest.buffer(-width).buffer(width));
+    let beside = to_geo(part).buffer(TOUCHES);
+    let is_tooth = |piece: &Polygon<f64>| piece.unsigned_area() >= least && beside.intersects(piece);
+    let outer = |piece: Polygon<f64>| {
+        let mut ring: Vec<Point> = piece.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
+        ring.pop();
+        ring
+    };
+    narrow.into_iter().filter(is_tooth).map(outer).collect()
+}
+
 /// Polygons of the same orientation, as the non-zero rule needs; without those that have no area.
 fn counter_clockwise(rings: &[Vec<Point>]) -> Vec<Polygon<f64>> {
     rings
@@ -400,6 +420,19 @@ mod tests {
         }
         let all = [&flat[..], &[square]].concat();
         assert_eq!(union(&all).map(|outline| signed_area(&outline)), Some(-16.0));
+    }
+
+    #[test]
+    fn what_a_part_leaves_at_a_sharp_angle_is_a_tooth() {
+        let ring = |places: &[(f64, f64)]| places.iter().map(|&(x, y)| Point::new(x, y)).collect::<Vec<_>>();
+        let ground = ring(&[(0.0, 0.0), (40.0, 0.0), (40.0, 20.0), (0.0, 20.0)]);
+        // Between its upper side and the edge of the ground a wedge is left, with its tip at (13.3, 20).
+        let sharp = ring(&[(5.0, 19.0), (30.0, 15.0), (30.0, 22.0)]);
+        let wedge = teeth(&ground, &sharp, 0.75, 0.4);
+        assert_eq!(wedge.len(), 1, "{wedge:?}");
+        assert!(wedge[0].iter().all(|p| (3.0..13.4).contains(&p.x) && p.y > 18.0), "{wedge:?}");
+        let square = ring(&[(10.0, 15.0), (20.0, 15.0), (20.0, 25.0), (10.0, 25.0)]);
+        assert_eq!(teeth(&ground, &square, 0.75, 0.4), Vec::<Vec<Point>>::new(), "right angles stay");
     }
 
     proptest! {

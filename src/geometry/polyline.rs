@@ -314,7 +314,7 @@ impl Polyline {
 }
 
 /// Distance of a point from a segment, metres.
-pub(super) fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
+pub fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
     let along = b - a;
     let part = if along.norm() > Polyline::MERGE { (p - a).dot(&along) / along.norm_squared() } else { 0.0 };
     (p - (a + along * part.clamp(0.0, 1.0))).norm()

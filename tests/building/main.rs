@@ -8,6 +8,7 @@ mod common;
 mod connectivity;
 mod extracts;
 mod geojson;
+mod handed_cases;
 mod heights;
 mod lane_stitching;
 mod networks;

@@ -32,8 +32,8 @@ pub fn assign_lanes(
             arm.to_mut().into.iter_mut().for_each(|lane| lane.arrows = Arrows::default());
         }
         let mut approach = ApproachLanes { from, arm: &arm, targets: &targets[from], movements: Vec::new() };
-        approach.assign(StripKind::Drive);
         approach.assign_bus_lanes();
+        approach.assign(StripKind::Drive);
         approach.assign_bus_roads();
         approach.connect(restrictions);
         if restrictions.fan_out {
@@ -91,7 +91,14 @@ impl ApproachLanes<'_> {
                 let Some(far) = far else { break };
                 goals[ins.remove(far)].retain(|&goal| goal != t);
             }
-            for (i, out_lane) in pair_up(&ins, &outs, &lanes, target) {
+            let crosses = |&(i, out): &(usize, usize)| {
+                let mut buses = self.movements.iter().filter(|m| m.to == target.to);
+                buses.any(|m| match lanes[i].0 < m.in_lane {
+                    true => out > m.out_lane,
+                    false => out < m.out_lane,
+                })
+            };
+            for (i, out_lane) in pair_up((&ins, &outs), &lanes, target, crosses) {
                 self.add(target.to, lanes[i].0, out_lane);
             }
         }
@@ -295,9 +302,14 @@ fn single_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<
     lanes.iter().enumerate().map(goals).collect()
 }
 
-/// Pairs lanes with lanes in order; straight on, those that lie least sideways from each other. Where there are more lanes in than out,
-/// some become one.
-fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &TurnTarget) -> Vec<(usize, usize)> {
+/// Pairs lanes with lanes in order, so that the fewest pairs `crosses` something; straight on, those that lie least sideways from each
+/// other. Where there are more lanes in than out, some become one.
+fn pair_up(
+    (ins, outs): (&[usize], &[usize]),
+    lanes: &[(usize, &ArmLane)],
+    target: &TurnTarget,
+    crosses: impl Fn(&(usize, usize)) -> bool,
+) -> Vec<(usize, usize)> {
     let (k, n) = (ins.len(), outs.len());
     let pairs = |out_of: &dyn Fn(usize) -> usize| -> Vec<(usize, usize)> {
         ins.iter().enumerate().map(|(j, &i)| (i, outs[out_of(j)])).collect()
@@ -305,13 +317,16 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
     if n == 0 {
         return Vec::new();
     }
-    let choices: Vec<Vec<(usize, usize)>> = if k > n {
+    let mut choices: Vec<Vec<(usize, usize)>> = if k > n {
         // Evenly, or only at one side, or at both.
         let at_sides = (0..=k - n).map(|first| pairs(&|j| j.saturating_sub(first).min(n - 1)));
         std::iter::once(pairs(&|j| j * n / k)).chain(at_sides).collect()
     } else {
         (0..=n - k).map(|shift| pairs(&|j| j + shift)).collect()
     };
+    let crossings = |pairs: &[(usize, usize)]| pairs.iter().filter(|pair| crosses(pair)).count();
+    let fewest = choices.iter().map(|pairs| crossings(pairs)).min();
+    choices.retain(|pairs| Some(crossings(pairs)) == fewest);
     let sideways = |pairs: &[(usize, usize)]| -> f64 {
         pairs.iter().map(|&(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum()
     };

@@ -30,10 +30,12 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-/// A cut moves by this much, metres, each time that the outline does not lead along it, ...
+/// A cut moves by this much, metres, each time that the outline does not lead along it, more where more than [`FEW_ARMS`] roads meet ...
 const CLEARING: f64 = 1.0;
 /// ... until it lies this far, metres, behind the outline of the streets.
 const CLEARING_MOST: f64 = 30.0;
+/// Where more roads meet, the outline is larger, and drawing it takes longer: fewer rounds are made.
+const FEW_ARMS: usize = 8;
 /// Lengths of roads that differ by less than this, metres, are the same.
 const SAME_LENGTH: f64 = 0.05;
 /// A cut lies this far, metres, behind the lanelet that would run over it.
@@ -268,8 +270,12 @@ impl Layout {
     /// Moves cuts farther back along which the outline does not lead, if their roads have room; `false` if none moves.
     pub(super) fn set_back_overrun_cuts(&mut self) -> bool {
         let roomy = |at: &RoadEnd| !self.is_spent(at.road);
-        let wanted: Vec<(RoadEnd, f64)> =
-            self.overrun().filter(roomy).map(|at| (at, (self.setback(at) + CLEARING).min(CLEARING_MOST))).collect();
+        let step = |at: RoadEnd| {
+            let arms = self.network.intersection(self.network.intersection_at(at)).arms.len();
+            CLEARING * arms.max(FEW_ARMS) as f64 / FEW_ARMS as f64
+        };
+        let farther = |at: RoadEnd| (at, (self.setback(at) + step(at)).min(CLEARING_MOST));
+        let wanted: Vec<(RoadEnd, f64)> = self.overrun().filter(roomy).map(farther).collect();
         self.set_back(wanted, 0.0)
     }
 

@@ -24,7 +24,8 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, mid_block_signals, private_ground, signal_assignment, stop_line_assignment, turning_loops, twin_ways,
+    islands, mid_block_signals, private_ground, signal_assignment, small_rings, stop_line_assignment, turning_loops,
+    twin_ways,
 };
 
 use std::collections::BTreeMap;
@@ -71,13 +72,19 @@ pub struct NetworkReading {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
     /// There is no drivable road.
-    #[error("there is no drivable road in the input ({ways} ways, {left_out} left out as not drivable)")]
+    #[error("there is no drivable road in the input ({ways} ways, {left_out} left out as not drivable{})", shown(.first.as_deref()))]
     NoRoad {
         /// Ways in the data.
         ways: usize,
         /// How many of them are roads that were left out.
         left_out: usize,
+        /// Why the first of these was left out.
+        first: Option<String>,
     },
+}
+
+fn shown(first: Option<&str>) -> String {
+    first.map_or_else(String::new, |first| format!("; {first}"))
 }
 
 /// Reads the road network from the data.
@@ -102,6 +109,7 @@ pub fn road_network(
     // In parallel, because cutting the ways takes one thread only.
     let cut_ways = || {
         let mut positions = positions(ids, to_metres(&places));
+        small_rings::widen(&drivable[..barriers.ways()], &mut positions, &mut notes);
         let pieces = pieces(&drivable[..barriers.ways()], barriers.nodes(), &positions, &mut notes);
         let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions);
         let (pieces, mut crossed) = cut_at_crossings(pieces, &drivable, &mut positions, &mut notes);
@@ -118,8 +126,9 @@ pub fn road_network(
         .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
         .collect();
     if pieces.is_empty() {
-        let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
-        return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
+        let mut skipped = notes.iter().filter(|note| note.fault == "way-skipped").map(|note| &note.message);
+        let (left_out, first) = (skipped.clone().count(), skipped.next().cloned());
+        return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out, first });
     }
     let used = pieces.iter().map(|(piece, _)| piece.way);
     let layouts = sections.of_ways(used, &positions, &mut notes);

@@ -131,7 +131,8 @@ fn pieces_without_length_and_duplicates_are_skipped() {
     assert_eq!(keys(&built), [(9, 3, 5), (10, 1, 5)]);
     assert_eq!(slugs(&built), ["way-skipped", "way-duplicate"]);
     let nothing = try_build(&data(&CROSS, &[(10, &[1, 5], "highway=footway"), (11, &[2, 5], "access=no")]));
-    assert_eq!(nothing.unwrap_err(), NetworkError::NoRoad { ways: 2, left_out: 1 });
+    let first = Some("way 11 is not built: motor vehicles are not admitted (access=no)".to_owned());
+    assert_eq!(nothing.unwrap_err(), NetworkError::NoRoad { ways: 2, left_out: 1, first });
     assert!(try_build(&OsmData::default()).is_err());
 }
 

@@ -21,6 +21,11 @@ const GRAZE: f64 = 1e-3;
 /// a few decimetres.
 const UNDER: f64 = 0.2;
 
+/// Ground beside an island that is narrower than twice this, metres, is too narrow for any wheel...
+const NARROW: f64 = 0.75;
+/// ... and goes with the island if it has at least this area, square metres: where outline and island meet at less than 60 degrees.
+const TOOTH: f64 = 0.4;
+
 /// Removes the islands from a ring; gives it with the OpenStreetMap ways around those that it still covers.
 pub fn subtract_islands(
     assembly: &mut MapBuilder,
@@ -40,13 +45,21 @@ pub fn subtract_islands(
         let over: Vec<TurningLanelet> = paths.iter().filter(|path| shared(path) > GRAZE).cloned().collect();
         if area_of(&island.ring) - common > TOUCH && over.iter().map(shared).sum::<f64>() <= UNDER * common {
             let key = key.word("island").number(island.way);
-            let (islands, around) = (std::slice::from_ref(&island.ring), nodes(assembly, &ring));
-            let union = RingUnion { ring: &around, islands, paths: &over, behind: &[] };
-            let without = union_outline(assembly, key, &union, arms, bounds);
-            let outline = places(assembly, &without);
-            let left = polygon::common_area(&outline, &island.ring);
-            let valid = is_simple(assembly, &without) && covers(&outline, paths) && left <= UNDER * common;
-            if valid && arms_beside(&without) >= arms_beside(&ring) {
+            let around = nodes(assembly, &ring);
+            let teeth = polygon::teeth(&places(assembly, &ring), &island.ring, NARROW, TOOTH);
+            let with_teeth = [vec![island.ring.clone()], teeth].concat();
+            // Without the teeth first; where they are needed they stay.
+            let parts = [&with_teeth[..], &with_teeth[..1]].into_iter().take(with_teeth.len().min(2));
+            let without = parts.enumerate().find_map(|(i, islands)| {
+                let union = RingUnion { ring: &around, islands, paths: &over, behind: &[] };
+                let key = if i == 0 { key } else { key.word("teeth") };
+                let without = union_outline(assembly, key, &union, arms, bounds);
+                let outline = places(assembly, &without);
+                let left = polygon::common_area(&outline, &island.ring);
+                let valid = is_simple(assembly, &without) && covers(&outline, paths) && left <= UNDER * common;
+                (valid && arms_beside(&without) >= arms_beside(&ring)).then_some(without)
+            });
+            if let Some(without) = without {
                 ring = without;
                 continue;
             }

@@ -15,6 +15,10 @@ use super::long_rows::dividing_roads;
 use super::renames::Renames;
 use super::types::SHORT_ACROSS_MEDIAN;
 use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
+use crate::builder::streets::outline::LEAST_ROAD;
+
+/// Where nothing is left of the road between two intersections, the merged one may reach this many times as far as otherwise.
+const OVERLAPPING: f64 = 2.0;
 
 /// The network after one round, whether anything merged, and a note for each verdict.
 pub fn contract(
@@ -107,7 +111,7 @@ fn grow(
         let reason = match verdict.reason {
             MergeReason::Wish => None,
             _ if barred.contains(&verdict.road) => Some(MergeReason::Island),
-            _ => objection(network, &union, options),
+            _ => objection(network, &union, verdict.left, options),
         };
         match reason {
             Some(reason) => {
@@ -128,9 +132,16 @@ fn grow(
     (groups, refused, to_bar)
 }
 
-/// Why these intersections must not become one; `None` if they may.
-fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> Option<MergeReason> {
-    if across(network, members) > options.reach {
+/// Why these intersections must not become one by a road with `left` metres between its cuts; `None` if they may. Where nothing is left
+/// of the road, they would otherwise lie on each other.
+fn objection(
+    network: &RoadNetwork,
+    members: &[IntersectionIx],
+    left: f64,
+    options: &ConsolidateOptions,
+) -> Option<MergeReason> {
+    let reach = if left <= LEAST_ROAD { OVERLAPPING * options.reach } else { options.reach };
+    if across(network, members) > reach {
         return Some(MergeReason::Reach);
     }
     if collapses_roundabout(network, members) {

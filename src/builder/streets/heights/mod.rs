@@ -72,7 +72,7 @@ pub fn with_heights(
         displaced
     });
     let mut findings: Vec<Finding> = laid.flatten_iter().collect();
-    findings.extend(crossings.iter().filter_map(|crossing| short_clearance(&network, crossing, options.storey)));
+    findings.extend(short_clearances(&network, &crossings, options.storey));
     (network, findings)
 }
 
@@ -165,20 +165,36 @@ fn displaced(road: &Road, sampled: &SampledHeights, heights: &[f64]) -> Option<F
     })
 }
 
-/// A finding if two roads cross with less clearance than by their levels.
-fn short_clearance(network: &RoadNetwork, crossing: &Overpass, storey: f64) -> Option<Finding> {
-    let roads = [crossing.upper, crossing.lower];
-    let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
-    let (room, wanted) = (above - below, crossing.levels * storey);
-    (room < wanted - LACKING).then(|| {
-        let [upper, lower] = roads.map(|(road, _)| network.roads[road].key.way);
-        let message = format!(
-            "way {upper} passes over way {lower} with {room:.1} m between them, not {wanted:.1} m: \
-             the roads around are too short to climb there"
-        );
-        Finding::new("clearance-short", Subject::Way(upper), message)
-            .with(Subject::Way(lower), "below")
-            .at(Place::Point(crossing.place))
-            .graded(Severity::Info)
-    })
+/// A finding for each two roads that lie over each other with less clearance than by their levels, where it lacks most.
+fn short_clearances(network: &RoadNetwork, crossings: &[Overpass], storey: f64) -> Vec<Finding> {
+    let lacking = |crossing: &Overpass| {
+        let roads = [crossing.upper, crossing.lower];
+        let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
+        let (room, wanted) = (above - below, crossing.levels * storey);
+        (room < wanted - LACKING).then_some((room, wanted))
+    };
+    let found = crossings.iter().filter_map(|crossing| Some((crossing, lacking(crossing)?)));
+    // Crossings of two roads follow each other.
+    let mut worst: Vec<(&Overpass, (f64, f64))> = Vec::new();
+    for (crossing, (room, wanted)) in found {
+        let roads = |crossing: &Overpass| [crossing.upper.0, crossing.lower.0];
+        match worst.last_mut().filter(|(last, _)| roads(last) == roads(crossing)) {
+            Some((last, lack)) if wanted - room > lack.1 - lack.0 => (*last, *lack) = (crossing, (room, wanted)),
+            Some(_) => {}
+            None => worst.push((crossing, (room, wanted))),
+        }
+    }
+    worst.into_iter().map(|(crossing, (room, wanted))| short_clearance(network, crossing, room, wanted)).collect()
+}
+
+fn short_clearance(network: &RoadNetwork, crossing: &Overpass, room: f64, wanted: f64) -> Finding {
+    let [upper, lower] = [crossing.upper, crossing.lower].map(|(road, _)| network.roads[road].key.way);
+    let message = format!(
+        "way {upper} passes over way {lower} with {room:.1} m between them, not {wanted:.1} m: \
+         the roads around are too short to climb there"
+    );
+    Finding::new("clearance-short", Subject::Way(upper), message)
+        .with(Subject::Way(lower), "below")
+        .at(Place::Point(crossing.place))
+        .graded(Severity::Info)
 }

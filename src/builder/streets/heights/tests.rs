@@ -92,6 +92,54 @@ fn a_tunnel_mirrors_a_bridge() {
 }
 
 #[test]
+fn a_tunnel_keeps_a_storey_below_the_road_over_it_although_their_lines_do_not_cross() {
+    // The road goes down to an underpass; a longer tunnel, 3 m beside its line, runs on below both.
+    let nodes = [
+        (1, 0.0, 0.0, None),
+        (2, 1000.0, 0.0, None),
+        (3, 1040.0, 0.0, None),
+        (4, 1400.0, 0.0, None),
+        (5, -600.0, -3.0, None),
+        (6, 990.0, -3.0, None),
+        (7, 1400.0, -400.0, None),
+    ];
+    let ways: [Way<'_>; 4] = [
+        (10, &[1, 2], &[("highway", "primary")]),
+        (11, &[2, 3], &[("highway", "primary"), ("tunnel", "yes")]),
+        (12, &[3, 4], &[("highway", "primary")]),
+        (13, &[5, 6, 7], &[("highway", "motorway"), ("tunnel", "yes"), ("oneway", "yes")]),
+    ];
+    let (network, findings) = raise(network(&nodes, &ways).0, &HeightOptions::default());
+    assert!(findings.iter().all(|finding| finding.fault != "clearance-short"), "{findings:?}");
+    let [primary, tunnel] = [10, 13].map(|way| road(&network, way));
+    for station in (50..980).step_by(10).map(f64::from) {
+        let room = height(primary, station) - height(tunnel, station + 600.0);
+        assert!(room > STOREY - LACKING, "{room} m between them at {station}");
+    }
+}
+
+#[test]
+fn a_ramp_beside_its_road_is_not_lifted_over_it() {
+    // Both leave one node, the ramp on to a bridge.
+    let nodes = [
+        (1, 0.0, 0.0, None),
+        (2, 300.0, 0.0, None),
+        (3, 700.0, 0.0, None),
+        (4, 450.0, 6.0, None),
+        (5, 700.0, 60.0, None),
+    ];
+    let ways: [Way<'_>; 4] = [
+        (10, &[1, 2], &[("highway", "primary")]),
+        (11, &[2, 3], &[("highway", "primary")]),
+        (12, &[2, 4], &[("highway", "primary"), ("oneway", "yes")]),
+        (13, &[4, 5], &[("highway", "primary"), ("oneway", "yes"), ("bridge", "yes")]),
+    ];
+    let (network, findings) = raise(network(&nodes, &ways).0, &HeightOptions::default());
+    assert!(findings.is_empty(), "{findings:?}");
+    assert!(road(&network, 11).heights.iter().all(|height| height.abs() < 0.05));
+}
+
+#[test]
 fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
     let nodes = [
         (1, 0.0, 0.0, None),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::builder::network::{Intersection, MOST_ARMS, RoadEnd, RoadNetwork, Stations};
+use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::geometry::polygon::{convex_hull, outside};
@@ -22,8 +22,8 @@ const FOLD: f64 = 1.0;
 const SAME_CUT: f64 = 1e-9;
 
 /// Where more roads than this meet, the union of their ends is not asked for: all of them cross each other, in each of many rounds. Their
-/// outline is the hull of their cuts. Three times as many as are joined to one intersection.
-const MOST_IN_UNION: usize = 3 * MOST_ARMS;
+/// outline is the hull of their cuts.
+const MOST_IN_UNION: usize = 48;
 
 /// The plan of one intersection.
 #[derive(Clone, Debug)]

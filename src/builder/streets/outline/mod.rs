@@ -29,7 +29,8 @@ use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use intersection_plan::IntersectionSite;
-use sizes::{LEAST_ROAD, LEAST_ROAD_BETWEEN};
+pub use sizes::LEAST_ROAD;
+use sizes::LEAST_ROAD_BETWEEN;
 
 use std::collections::BTreeSet;
 
