@@ -108,9 +108,9 @@ pub fn road_network(
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     // In parallel, because cutting the ways takes one thread only.
     let cut_ways = || {
-        let mut positions = positions(ids, to_metres(&places));
-        small_rings::widen(&drivable[..barriers.ways()], &mut positions, &mut notes);
-        let pieces = pieces(&drivable[..barriers.ways()], barriers.nodes(), &positions, &mut notes);
+        let ways = &drivable[..barriers.ways()];
+        let mut positions = small_rings::widened(ways, positions(ids, to_metres(&places)), &mut notes);
+        let pieces = pieces(ways, barriers.nodes(), &positions, &mut notes);
         let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions);
         let (pieces, mut crossed) = cut_at_crossings(pieces, &drivable, &mut positions, &mut notes);
         crossed.sort_unstable();
@@ -126,9 +126,7 @@ pub fn road_network(
         .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
         .collect();
     if pieces.is_empty() {
-        let mut skipped = notes.iter().filter(|note| note.fault == "way-skipped").map(|note| &note.message);
-        let (left_out, first) = (skipped.clone().count(), skipped.next().cloned());
-        return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out, first });
+        return Err(no_road(osm, &notes));
     }
     let used = pieces.iter().map(|(piece, _)| piece.way);
     let layouts = sections.of_ways(used, &positions, &mut notes);
@@ -159,6 +157,12 @@ pub fn road_network(
     let across = prohibited_turns(&network.intersections, &network.roads, &crossed);
     network.restrictions.extend(across);
     Ok(NetworkReading { network, notes })
+}
+
+fn no_road(osm: &OsmData, notes: &[Finding]) -> NetworkError {
+    let mut skipped = notes.iter().filter(|note| note.fault == "way-skipped").map(|note| &note.message);
+    let (left_out, first) = (skipped.clone().count(), skipped.next().cloned());
+    NetworkError::NoRoad { ways: osm.ways.len(), left_out, first }
 }
 
 /// The ways whose tags `[[road]]` changes, with a note for each that is not in the data.

@@ -56,11 +56,15 @@ impl SmallRing {
     }
 }
 
-/// Moves the nodes of small rings outward, where nothing is in the way. With a note for each ring.
-pub(super) fn widen(ways: &[Drivable<'_>], positions: &mut FxHashMap<i64, Point>, notes: &mut Vec<Finding>) {
-    let rings = small_rings(ways, positions);
+/// The positions of nodes, metres, with those of small rings moved outward where nothing is in the way. With a note for each ring.
+pub(super) fn widened(
+    ways: &[Drivable<'_>],
+    mut positions: FxHashMap<i64, Point>,
+    notes: &mut Vec<Finding>,
+) -> FxHashMap<i64, Point> {
+    let rings = small_rings(ways, &positions);
     if rings.is_empty() {
-        return;
+        return positions;
     }
     let cells = SpatialHash::new(rings.iter().map(SmallRing::bounds).collect(), CELL);
     let (mut arms, mut has_room) = (vec![0_usize; rings.len()], vec![true; rings.len()]);
@@ -91,6 +95,7 @@ pub(super) fn widen(ways: &[Drivable<'_>], positions: &mut FxHashMap<i64, Point>
         let note = Finding::new("ring-widened", Subject::Way(*way), message).measured(*radius, LEAST, "m");
         notes.push(note.graded(Severity::Info));
     }
+    positions
 }
 
 fn is_ring(way: &Drivable<'_>) -> bool {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::ids::Key;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::{Bound, LaneletId, PointId};
-use crate::xodr::{OpenDrive, Place, Road, Section};
+use crate::xodr::{OpenDrive, Place, Road, Section, Validity};
 
 use super::contacts::LaneEnd;
 use super::lane_use::LaneUse;
@@ -200,4 +200,27 @@ impl Drawn {
 /// A note about a line of the file.
 pub fn note(fault: &'static str, line: usize, message: String) -> Finding {
     Finding::new(fault, Subject::Map, format!("line {line}: {message}"))
+}
+
+/// The lanelets at a station of a road for which something counts.
+pub fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
+    let Some(stretch) = stretch_at(scene, road, station) else { return Vec::new() };
+    let here = drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven());
+    let named: Vec<(usize, i8)> = here
+        .filter(|(_, lane)| lane.piece_on(stretch).is_some_and(|piece| validity.names(piece.lane)))
+        .map(|(at, lane)| (at, lane.direction))
+        .collect();
+    let faces = |direction: i8| validity.facing == 0 || validity.facing == direction;
+    let facing: Vec<usize> = named.iter().filter(|(_, direction)| faces(*direction)).map(|(at, _)| *at).collect();
+    // Some exporters name lanes of the other direction than the one they state, or state the other one on a connecting road: the
+    // lanes count.
+    let stated_wrongly = !validity.lanes.is_empty() || scene.connecting[road];
+    if facing.is_empty() && stated_wrongly { named.into_iter().map(|(at, _)| at).collect() } else { facing }
+}
+
+/// The stretch of a road in which a station lies, by its index among all.
+pub fn stretch_at(scene: &Scene, road: usize, station: f64) -> Option<usize> {
+    let stretches = &scene.cut[road].stretches;
+    let at = stretches.iter().rposition(|stretch| stretch.span[0] <= station + 1e-9).unwrap_or(0);
+    (!stretches.is_empty()).then_some(scene.first[road] + at)
 }

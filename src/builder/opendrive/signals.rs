@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::network::approach_control::Control;
 use crate::xodr::{Signal, Validity};
 
-use super::scene::{Drawn, Scene};
-use super::signal_use::{SignalUse, is_between, use_of};
-use super::stop_lines::{StopLine, stop, stop_lines};
+use super::scene::{Drawn, Scene, spoken_to};
+use super::signal_use::{AT_CUT, SignalUse, is_between, use_of};
+use super::stop_lines::{StopLine, stop_lines};
 
 /// From a signal to the junction whose lanelets it controls, metres at most.
 const SIGNAL_TO_JUNCTION: f64 = 120.0;
@@ -170,27 +170,31 @@ fn control_lanes(scene: &Scene, drawn: &Drawn, all: &mut Furniture) {
     }
 }
 
-/// The lanelets at a station of a road for which something counts.
-pub fn spoken_to(scene: &Scene, drawn: &Drawn, road: usize, station: f64, validity: &Validity) -> Vec<usize> {
-    let Some(stretch) = stretch_at(scene, road, station) else { return Vec::new() };
-    let here = drawn.on(stretch).filter(|(_, lane)| lane.used.is_driven());
-    let named: Vec<(usize, i8)> = here
-        .filter(|(_, lane)| lane.piece_on(stretch).is_some_and(|piece| validity.names(piece.lane)))
-        .map(|(at, lane)| (at, lane.direction))
-        .collect();
-    let faces = |direction: i8| validity.facing == 0 || validity.facing == direction;
-    let facing: Vec<usize> = named.iter().filter(|(_, direction)| faces(*direction)).map(|(at, _)| *at).collect();
-    // Some exporters name lanes of the other direction than the one they state, or state the other one on a connecting road: the
-    // lanes count.
-    let stated_wrongly = !validity.lanes.is_empty() || scene.connecting[road];
-    if facing.is_empty() && stated_wrongly { named.into_iter().map(|(at, _)| at).collect() } else { facing }
-}
-
-/// The stretch of a road in which a station lies, by its index among all.
-pub fn stretch_at(scene: &Scene, road: usize, station: f64) -> Option<usize> {
-    let stretches = &scene.cut[road].stretches;
-    let at = stretches.iter().rposition(|stretch| stretch.span[0] <= station + 1e-9).unwrap_or(0);
-    (!stretches.is_empty()).then_some(scene.first[road] + at)
+/// Keeps the stop line of a lane that lies nearest to its end. A line at the begin of a lane is that of those before it.
+fn stop(scene: &Scene, drawn: &Drawn, all: &mut Furniture, at: usize, station: f64) {
+    let lane = &drawn.lanes[at];
+    let [from, to] = scene.span(lane);
+    let begin = if lane.direction > 0 { from } else { to };
+    let inside = scene.connecting[scene.road_of(lane)];
+    let before = |other: &&usize| scene.road_of(&drawn.lanes[**other]) == scene.road_of(lane);
+    if !inside && (station - begin).abs() < AT_CUT && drawn.back[at].iter().any(|other| before(&other)) {
+        for &other in drawn.back[at].iter().filter(before) {
+            let [from, to] = scene.span(&drawn.lanes[other]);
+            all.stops.insert(other, if lane.direction > 0 { to } else { from });
+            all.at_end.insert(other);
+        }
+        return;
+    }
+    let station = station.clamp(from, to);
+    let end = if lane.direction > 0 { to } else { from };
+    if (end - station).abs() < AT_CUT && drawn.next[at].iter().any(|other| before(&other)) {
+        all.at_end.insert(at);
+    }
+    let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
+    let known = all.stops.entry(at).or_insert(station);
+    if ahead(station) > ahead(*known) {
+        *known = station;
+    }
 }
 
 /// The approaches of junctions to which lanes lead, with the lanes behind for which a signal on those lanes counts.

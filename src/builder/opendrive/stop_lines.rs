@@ -3,9 +3,8 @@
 use crate::xodr::Object;
 
 use super::lane_use::sides;
-use super::scene::{Drawn, Scene};
+use super::scene::{Drawn, Scene, spoken_to, stretch_at};
 use super::signal_use::{AT_CUT, SignalUse, is_stop_line, middle, use_of};
-use super::signals::{Furniture, spoken_to, stretch_at};
 
 /// A line so near to the end of a way through a junction, metres, is that of the road behind.
 const AT_EXIT: f64 = 5.0;
@@ -95,31 +94,4 @@ fn extent(scene: &Scene, index: usize, object: &Object) -> [f64; 2] {
     let ring = object.ring(road).unwrap_or_default();
     let across = ring.iter().map(|[x, y, _]| (y - at.point.y) * at.angle.cos() - (x - at.point.x) * at.angle.sin());
     across.fold([f64::MAX, f64::MIN], |[low, high], t| [low.min(t), high.max(t)])
-}
-
-/// Keeps the stop line of a lane that lies nearest to its end. A line at the begin of a lane is that of those before it.
-pub fn stop(scene: &Scene, drawn: &Drawn, all: &mut Furniture, at: usize, station: f64) {
-    let lane = &drawn.lanes[at];
-    let [from, to] = scene.span(lane);
-    let begin = if lane.direction > 0 { from } else { to };
-    let inside = scene.connecting[scene.road_of(lane)];
-    let before = |other: &&usize| scene.road_of(&drawn.lanes[**other]) == scene.road_of(lane);
-    if !inside && (station - begin).abs() < AT_CUT && drawn.back[at].iter().any(|other| before(&other)) {
-        for &other in drawn.back[at].iter().filter(before) {
-            let [from, to] = scene.span(&drawn.lanes[other]);
-            all.stops.insert(other, if lane.direction > 0 { to } else { from });
-            all.at_end.insert(other);
-        }
-        return;
-    }
-    let station = station.clamp(from, to);
-    let end = if lane.direction > 0 { to } else { from };
-    if (end - station).abs() < AT_CUT && drawn.next[at].iter().any(|other| before(&other)) {
-        all.at_end.insert(at);
-    }
-    let ahead = |station: f64| if lane.direction > 0 { station } else { -station };
-    let known = all.stops.entry(at).or_insert(station);
-    if ahead(station) > ahead(*known) {
-        *known = station;
-    }
 }
