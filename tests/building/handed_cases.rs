@@ -185,15 +185,10 @@ fn small_roundabouts_are_rings() {
 }
 
 #[test]
-fn wide_and_crowded_places_have_no_error() {
-    for (name, least) in [
-        ("crossing", Severity::Warning),
-        ("osna3", Severity::Warning),
-        ("osna6", Severity::Warning),
-        ("gang2", Severity::Error),
-    ] {
+fn wide_and_crowded_places_have_no_warning() {
+    for name in ["crossing", "osna3", "osna6"] {
         let Some(data) = case(name) else { return };
-        assert_eq!(found(&built(&data), least), Vec::<String>::new(), "{name}");
+        assert_eq!(found(&built(&data), Severity::Warning), Vec::<String>::new(), "{name}");
     }
 }
 
