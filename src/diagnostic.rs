@@ -176,8 +176,10 @@ pub enum Edit {
     CreateRegulatoryElement { subtype: Text, members: Vec<(Text, Subject)>, referrers: Vec<i64> },
     /// Draw a stop line with a fresh id over these points, and let an element name it as its `ref_line`.
     CreateStopLine { points: Vec<i64>, element: Subject },
-    /// Draw an `intersection_area` with a fresh id over these points, and name it in the tags of these lanelets.
-    CreateArea { points: Vec<i64>, lanelets: Vec<i64> },
+    /// Draw a stop line with a fresh id over these points, and a `road_marking` element for it to which the lanelets refer.
+    CreateMarking { points: Vec<i64>, lanelets: Vec<i64> },
+    /// Draw an `intersection_area` with a fresh id over these points, and new ones between them, and name it in the tags of these lanelets.
+    CreateArea { points: Vec<i64>, corners: Vec<AreaCorner>, lanelets: Vec<i64> },
     /// Create the lanelet of the other direction with a fresh id: between the same bounds, one-way, with the same tags but for
     /// where it turns, and of the regulatory elements with these.
     CreateOpposite { lanelet: i64, elements: Vec<i64> },
@@ -185,6 +187,17 @@ pub enum Edit {
     SetFormatVersion { version: Text },
     /// Cut ways and the lanelets between them at the same places of a road.
     Divide(Division),
+}
+
+/// A new vertex of an area, on the straight line between two points.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AreaCorner {
+    /// The place among the other points of the area before which it comes.
+    pub before: usize,
+    /// The points beside it.
+    pub ends: [i64; 2],
+    /// How far it is from the first to the second, 0 to 1.
+    pub share: f64,
 }
 
 /// How to mend a finding by machine.

@@ -52,11 +52,11 @@ struct ProjectorFile {
 }
 
 impl ProjectorFile {
-    /// The one that a map lacks, where its coordinates tell which projector it was made with. Heights are taken to be from the
-    /// ellipsoid, as Autoware does: that is why it needs a look.
+    /// The one that a map lacks: with the projector that its coordinates tell, or with the MGRS square to which Autoware falls back. Heights
+    /// are taken to be from the ellipsoid, as Autoware does: that is why it needs a look.
     fn missing(map: &Loaded) -> Option<Self> {
         let needed = map.faults.iter().find_map(|fault| match fault.condition {
-            Condition::ProjectorInfo(InfoFault::Missing { needed, .. }) => needed,
+            Condition::ProjectorInfo(InfoFault::Missing { needed, .. }) => Some(needed.unwrap_or(map.projector)),
             _ => None,
         })?;
         let path = map.files.first()?.with_file_name(INFO);
@@ -98,12 +98,15 @@ impl Fixed {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
         let needed = ProjectorFile::missing(&loaded).filter(|_| scope.unsafe_too);
-        let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
+        let is_asked_for = |one: &Diagnostic| one.code == PROJECTOR_MISSING && scope.wants(one);
         let projector_file = match needed {
-            Some(file) if is_asked_for(&found_of_projector(&loaded)?) => Some(file),
-            _ => None,
+            Some(file) => {
+                let found = found_of_projector(&loaded)?.into_iter().find(is_asked_for);
+                found.map(|found| (file, found.severity))
+            }
+            None => None,
         };
-        let Some(file) = projector_file else {
+        let Some((file, severity)) = projector_file else {
             let judge = MapJudge::telling(&loaded, &loaded.projector, &loaded.info, tell).knowing(baseline);
             let mended = mended_by(&loaded, scope, judge)?;
             return Ok(Self { loaded, mended, projector_file: None });
@@ -112,7 +115,7 @@ impl Fixed {
         let judge = MapJudge::telling(&loaded, &file.projector, &info, tell).knowing(baseline);
         let mut mended = mended_by(&loaded, scope, judge)?;
         let title = format!("write {INFO}: {}", file.projector);
-        mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
+        mended.made_first(Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title }, severity);
         Ok(Self { loaded, mended, projector_file: Some(file) })
     }
 

@@ -42,7 +42,7 @@ pub fn told(mended: &Mended) -> String {
     text + &change(mended) + "\n"
 }
 
-/// What changed, in one line.
+/// What changed, in one line, after one that lists what there are more warnings of, where there are more.
 pub fn change(mended: &Mended) -> String {
     let [errors, warnings] = [0, 1].map(|at| {
         let (before, after) = (mended.before.get(at).copied(), mended.after().get(at).copied());
@@ -59,7 +59,14 @@ pub fn change(mended: &Mended) -> String {
         1 => ", 1 of the fixes made needs a look".to_owned(),
         many => format!(", {many} of the fixes made need a look"),
     };
-    format!("{}, {}{look}", said(errors, "error"), said(warnings, "warning"))
+    let more = match warnings {
+        (1.., "more") => {
+            let of_each = mended.more_warnings.iter().map(|(code, count)| format!("{count} × {code}"));
+            format!("warnings that there are more of: {}\n", of_each.collect::<Vec<_>>().join(", "))
+        }
+        _ => String::new(),
+    };
+    format!("{more}{}, {}{look}", said(errors, "error"), said(warnings, "warning"))
 }
 
 /// Lines of fixes, those of one code that differ in numbers alone in one.

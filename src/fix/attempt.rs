@@ -77,7 +77,7 @@ pub fn attempt<J: Judge>(
 impl Attempt {
     /// Finds the routes that the batch changes.
     fn compare_routes<J: Judge>(&mut self, before: &OsmData, judge: &ChangeJudge<J>) {
-        self.routes = match routes::may_change(&self.done) {
+        self.routes = match self.done.iter().any(routes::may_change) {
             true => judge.changed_routes(before, &self.osm, &self.renumbered),
             false => Vec::new(),
         };
@@ -139,6 +139,7 @@ fn follow<J: Judge>(
         if let Some(leader) = attempt.done.get_mut(leader) {
             leader.creates.extend(one.creates);
             leader.reaches.extend(one.reaches);
+            leader.about.extend(one.about);
             leader.followers.push((one.mend, one.fix));
         }
     }

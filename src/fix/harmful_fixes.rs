@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::error_counts::ErrorCounts;
+use super::finding_counts::{FindingCounts, errors};
 use super::fixes_by_place::{ByPlace, elements_of, keys};
 use super::proposal::{Attempt, Proposal};
 use super::revealed::{Marked, is_loose_end, marked_by};
@@ -16,6 +16,8 @@ use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 pub struct Verdict {
     /// Fixes that do harm or mend nothing and are the only possible cause, each with the reason.
     pub refused: Vec<(usize, String)>,
+    /// Those of the refused that draw an area and do no harm but to bring more warnings than they mend.
+    pub heavy: Vec<usize>,
     /// Fixes that bring errors with fixes of their own, and are tried again together with these.
     pub leading: Vec<usize>,
     /// Fixes that bring such errors as a group: each group is tried again together with the fixes of what it brings.
@@ -171,7 +173,7 @@ pub fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&
     }
     let stays = |error: &&Diagnostic| !is_loose_end(error) && !error.finding.fix.as_ref().is_some_and(&may);
     let come: Vec<&Diagnostic> = new_errors(before, attempt).1.into_iter().filter(stays).collect();
-    let gone = ErrorCounts::of(&attempt.left).exceeded_by(before);
+    let gone = FindingCounts::of(errors(&attempt.left)).exceeded_by(errors(before));
     let refused = draws.into_iter().filter_map(|(at, lanelets)| {
         let there =
             |errors: &[&Diagnostic]| errors.iter().filter(|one| keys(one).any(|key| lanelets.contains(&key))).count();
@@ -282,7 +284,8 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
 
 /// The errors that a batch has brought, and those that it has revealed.
 fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> (Vec<&'a Diagnostic>, Vec<&'a Diagnostic>) {
-    let errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
+    let known = FindingCounts::of(errors(before)).renumbered(&attempt.renumbered);
+    let errors = known.exceeded_by(errors(&attempt.left));
     let marked = Marked::by(&attempt.done);
     errors.into_iter().partition(|error| !marked.reveals(error))
 }

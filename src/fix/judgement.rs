@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::error_counts::ErrorCounts;
+use super::finding_counts::{FindingCounts, errors};
 use super::nearby::{around, changed, connected};
 use super::route::{self, Change, Route};
 use super::text_edits::Key;
@@ -204,7 +204,7 @@ impl<J: Judge> ChangeJudge<J> {
             return Ok(Confirmed::AsIs);
         }
         let found = self.whole(osm)?;
-        if ErrorCounts::of(left).exceeded_by(&found).is_empty() {
+        if FindingCounts::of(errors(left)).exceeded_by(errors(&found)).is_empty() {
             return Ok(Confirmed::Otherwise(found));
         }
         self.is_exact.set(true);

@@ -4,15 +4,18 @@
 mod attempt;
 mod canonical;
 mod chosen;
-mod error_counts;
+mod finding_counts;
 mod fixes_by_place;
 mod harmful_fixes;
 mod judgement;
+mod memory;
+mod mended;
 mod more_warnings;
 mod nearby;
 mod order;
 mod proposal;
 mod revealed;
+mod round;
 mod route;
 mod routes;
 mod scope;
@@ -22,52 +25,29 @@ mod tests;
 mod text_edits;
 mod tried;
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::cancel;
-use crate::diagnostic::{Diagnostic, Fix, Severity};
-use crate::osm::{ElementKind, OsmData};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::osm::OsmData;
 pub use attempt::FixError;
-use attempt::{Earlier, attempt, follow_all};
 pub use canonical::{Unkept, canonical};
 pub use chosen::{applied, edited, mend_chosen};
-use error_counts::ErrorCounts;
-use harmful_fixes::{Divided, Verdict};
+pub use finding_counts::new_findings;
+use finding_counts::{FindingCounts, errors};
 pub use judgement::Judge;
-use judgement::{ChangeJudge, Confirmed, JudgedMap};
+use judgement::{ChangeJudge, Confirmed};
+use memory::Memory;
+pub use mended::Mended;
+use mended::{count, of_each};
 use order::first_of;
 pub use proposal::Mend;
-use proposal::{Attempt, Proposal};
+use proposal::Proposal;
+use round::round;
 pub use route::Route;
 pub use scope::Scope;
-use suspects::Suspects;
-use text_edits::Key;
-use tried::Tried;
-
-/// What came of mending.
-#[derive(Clone, Debug)]
-pub struct Mended {
-    /// The map as it is now.
-    pub osm: OsmData,
-    /// What is left to find in it.
-    pub left: Vec<Diagnostic>,
-    /// What was done, in order.
-    pub done: Vec<Mend>,
-    /// How many of these fixes need a look now.
-    pub to_look_at: usize,
-    /// The elements that fixes have drawn, each with the place of its fix in `done`, as (kind, id).
-    pub drawn: Vec<(usize, ElementKind, i64)>,
-    /// How many errors and warnings there were before.
-    pub before: [usize; 2],
-    /// What was tried and not kept, each with the reason: it brought a new error, or did not mend what it was for.
-    pub refused: Vec<(Mend, String)>,
-    /// How many of the findings left have a fix that needs a look first.
-    pub unsafe_left: usize,
-    /// How many of the errors left existed before and are only reported now, because the fixes marked intersections or roads.
-    pub revealed: usize,
-}
 
 /// Applies the fixes of what `judge` finds, round by round, until no fix is left that may be applied: those in `scope`, which `true` and
 /// `false` stand for, too. Fixes that change different things are applied and judged together. If a batch does harm, the fixes near the
@@ -90,15 +70,18 @@ fn mend_found<J: Judge>(
     judge: &ChangeJudge<J>,
 ) -> Result<Mended, FixError<J::Error>> {
     let before = [Severity::Error, Severity::Warning].map(|severity| count(&left, severity));
+    let known_warnings = of_each(&left);
     let state = Mended {
         osm,
         left,
         done: Vec::new(),
         to_look_at: 0,
         drawn: Vec::new(),
+        about: Vec::new(),
         before,
         refused: Vec::new(),
         unsafe_left: 0,
+        more_warnings: BTreeMap::new(),
         revealed: 0,
     };
     let start = Run::new(state, memory);
@@ -108,24 +91,21 @@ fn mend_found<J: Judge>(
     if count(&run.state.left, Severity::Error) > most {
         run = start.leaving_unmarked().ended(judge)?;
     }
+    if let Some(fuller) = run.filling_room(judge)? {
+        run = fuller;
+    }
     let Run { mut state, known, .. } = run;
+    state.more_warnings = of_each(&state.left);
+    state.more_warnings.retain(|code, count| {
+        *count = count.saturating_sub(known_warnings.get(code).copied().unwrap_or_default());
+        *count > 0
+    });
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
     state.refused.retain(|(mend, _)| open.contains(mend));
-    state.revealed = known.exceeded_by(&state.left).len();
+    state.revealed = known.exceeded_by(errors(&state.left)).len();
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
-}
-
-fn count(found: &[Diagnostic], severity: Severity) -> usize {
-    found.iter().filter(|one| one.severity == severity).count()
-}
-
-impl Mended {
-    /// How many errors and warnings there are now.
-    pub fn after(&self) -> [usize; 2] {
-        [Severity::Error, Severity::Warning].map(|severity| count(&self.left, severity))
-    }
 }
 
 /// The state of a run of fixes.
@@ -134,7 +114,7 @@ struct Run {
     state: Mended,
     memory: Memory,
     /// The errors of the map as it was.
-    known: ErrorCounts,
+    known: FindingCounts,
     /// How often it was begun anew, and how many fixes had been made then.
     passes: usize,
     made_before: usize,
@@ -143,9 +123,13 @@ struct Run {
 /// The largest number of times that the fixes are tried again from the beginning: two fixes may undo each other.
 const PASSES: usize = 8;
 
+/// The largest number of times that areas are chosen so that the map has no more warnings than before: what follows from them may bring
+/// some, too.
+const ROOMS: usize = 4;
+
 impl Run {
     fn new(state: Mended, memory: Memory) -> Self {
-        let known = ErrorCounts::of(&state.left);
+        let known = FindingCounts::of(errors(&state.left));
         Self { state, memory, known, passes: 0, made_before: 0 }
     }
 
@@ -153,6 +137,30 @@ impl Run {
     fn leaving_unmarked(mut self) -> Self {
         self.memory.leaves_unmarked = true;
         self
+    }
+
+    /// The same run with areas that bring more warnings than they mend errors, as far as the map as a whole has no more warnings than it
+    /// had; `None` where that mends nothing.
+    fn filling_room<J: Judge>(&self, judge: &ChangeJudge<J>) -> Result<Option<Self>, FixError<J::Error>> {
+        let ([errors, warnings], [_, most]) = (self.state.after(), self.state.before);
+        let mut room = most;
+        for times in 1..=ROOMS {
+            if self.memory.heavy.is_empty() || room <= warnings {
+                break;
+            }
+            let mut run = self.clone();
+            let heavy = std::mem::take(&mut run.memory.heavy);
+            run.memory.tried.forget(&heavy);
+            run.state.refused.retain(|(mend, _)| !heavy.contains(mend));
+            run.memory.room = Some(room);
+            let run = run.ended(judge)?;
+            let [errors_now, warnings_now] = run.state.after();
+            if warnings_now <= most {
+                return Ok((errors_now < errors).then_some(run));
+            }
+            room = room.saturating_sub(times * (warnings_now - most));
+        }
+        Ok(None)
     }
 
     /// Makes fixes to the end.
@@ -184,10 +192,10 @@ impl Run {
         }
         self.passes += 1;
         self.made_before = self.state.done.len();
-        let Memory { scope, only, leaves_unmarked, mut tried, .. } = std::mem::take(&mut self.memory);
+        let Memory { scope, only, leaves_unmarked, mut tried, heavy, room, .. } = std::mem::take(&mut self.memory);
         let again = tried.forget_changed(self.state.left.iter().filter_map(Proposal::of));
         self.state.refused.retain(|(mend, _)| tried.has(mend));
-        self.memory = Memory { scope, only, leaves_unmarked, tried, ..Memory::default() };
+        self.memory = Memory { scope, only, leaves_unmarked, tried, heavy, room, ..Memory::default() };
         again
     }
 
@@ -204,196 +212,6 @@ impl Run {
             if !renumbered.is_empty() {
                 self.known = std::mem::take(&mut self.known).renumbered(&renumbered);
             }
-        }
-    }
-}
-
-/// What is known of the fixes so far.
-#[derive(Clone, Default)]
-struct Memory {
-    scope: Scope,
-    /// The fixes that somebody chose, where they did: others are made only if they follow from these.
-    only: Option<Arc<FxHashSet<Mend>>>,
-    /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
-    leaves_unmarked: bool,
-    /// No fix is tried twice, so that two fixes cannot undo each other forever.
-    tried: Tried,
-    /// Fixes that brought errors with fixes of their own: they are tried again together with these.
-    leading: FxHashSet<Mend>,
-    /// Fixes that were tried so as a group.
-    led: FxHashSet<Mend>,
-    /// Groups of fixes that do harm together, as is known from earlier rounds.
-    to_blame: Vec<Suspects>,
-}
-
-impl Memory {
-    /// Says which fixes may be applied at all.
-    fn allowed(&self) -> impl Fn(&Fix) -> bool + use<> {
-        let scope = self.scope;
-        move |fix| scope.may(fix)
-    }
-
-    fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
-        let open = left.iter().filter(|found| self.scope.wants(found)).filter_map(Proposal::of);
-        let is_chosen = |mend: &Mend| self.only.as_ref().is_none_or(|only| only.contains(mend));
-        let open = open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend) && is_chosen(&one.mend));
-        let leads = |one: Proposal| {
-            let leads = self.leading.contains(&one.mend);
-            Proposal { leads, in_group: !leads && self.led.contains(&one.mend), ..one }
-        };
-        open.map(leads).collect()
-    }
-}
-
-/// Applies the fixes of a batch that do no harm together; returns the new ids of elements. Each call keeps or refuses at least
-/// one fix, or marks one to be tried with the fixes that follow from it.
-fn round<J: Judge>(
-    state: &mut Mended,
-    memory: &mut Memory,
-    mut batch: Vec<Proposal>,
-    judge: &ChangeJudge<J>,
-) -> Result<FxHashMap<Key, i64>, FixError<J::Error>> {
-    let to_blame = std::mem::take(&mut memory.to_blame);
-    let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
-    let mut is_first = true;
-    let mut earlier = Earlier::default();
-    let may = memory.allowed();
-    while !batch.is_empty() {
-        let known = JudgedMap { osm: &state.osm, left: &state.left };
-        let Some(mut attempt) = attempt(known, &may, &batch, (judge, &mut earlier))? else {
-            // None of them can be applied, although nothing else is changed.
-            let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
-            refuse(state, memory, all);
-            break;
-        };
-        let mut verdict = verdict(state, memory, &attempt, is_first);
-        let apart = verdict.leads_apart(&attempt.done);
-        if apart && verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
-            // What follows is known from this attempt.
-            lead(memory, &verdict, &mut attempt.done);
-            follow_all(known, &may, &mut attempt, judge)?;
-            verdict = self::verdict(state, memory, &attempt, is_first);
-        }
-        if verdict.is_clean() {
-            return Ok(keep(state, memory, attempt, suspects));
-        }
-        is_first = false;
-        lead(memory, &verdict, &mut attempt.done);
-        earlier.last = Some(attempt.as_made.take().unwrap_or((attempt.osm, attempt.left)));
-        let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
-        for Divided { kept, put_off, harm } in verdict.divided {
-            let mend = |at: usize| Some(of_each.get(at)?.as_ref()?.mend.clone());
-            let mends = kept.iter().copied().filter_map(mend).collect();
-            for at in kept {
-                of_each.get_mut(at).and_then(Option::as_mut).into_iter().for_each(Proposal::leads_no_group);
-            }
-            suspects.push(Suspects { kept: mends, put_off: take(&mut of_each, put_off), harm });
-        }
-        if !apart {
-            // They wait until the others are decided. A group is tried as one again.
-            for one in take(&mut of_each, verdict.leading.iter().chain(&verdict.leading_together).copied()) {
-                memory.led.remove(&one.mend);
-            }
-        }
-        for (at, reason) in verdict.refused {
-            for one in take(&mut of_each, [at]) {
-                refuse_with_twins(state, memory, one, &reason);
-            }
-        }
-        let unfollowed = |one: Proposal| Proposal { followers: Vec::new(), ..one };
-        let is_open = |one: &Proposal| !memory.tried.has(&one.mend);
-        batch = of_each.into_iter().flatten().filter(is_open).map(unfollowed).collect();
-    }
-    Ok(FxHashMap::default())
-}
-
-/// The decision about each fix of a batch.
-fn verdict(state: &Mended, memory: &Memory, attempt: &Attempt, is_first: bool) -> Verdict {
-    let may = memory.allowed();
-    let mut verdict = harmful_fixes::verdict(&state.left, attempt, &may, is_first);
-    if memory.leaves_unmarked {
-        verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, &may));
-    }
-    verdict.refused.extend(routes::unasked(attempt));
-    if !memory.scope.warnings_too && verdict.is_clean() {
-        verdict.refused.extend(more_warnings::of(&state.left, attempt));
-    }
-    verdict
-}
-
-/// Marks the fixes that are tried again together with those of the errors that they bring.
-fn lead(memory: &mut Memory, verdict: &Verdict, done: &mut [Proposal]) {
-    for &at in &verdict.leading {
-        if let Some(one) = done.get_mut(at) {
-            (one.leads, one.in_group) = (true, false);
-            memory.leading.insert(one.mend.clone());
-        }
-    }
-    for &at in &verdict.leading_together {
-        if let Some(one) = done.get_mut(at) {
-            (one.leads, one.in_group) = (true, true);
-            memory.led.insert(one.mend.clone());
-        }
-    }
-}
-
-fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize>) -> Vec<Proposal> {
-    places.into_iter().filter_map(|at| of_each.get_mut(at)?.take()).collect()
-}
-
-/// Keeps the effects of a batch, and blames the fixes that are then the only possible cause of harm; returns the new ids of
-/// elements.
-fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec<Suspects>) -> FxHashMap<Key, i64> {
-    let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
-    for one in attempt.done {
-        memory.tried.made(&one);
-        let at = state.done.len();
-        state.drawn.extend(one.creates.iter().map(|&(kind, id)| (at, kind, id)));
-        let followers = one.followers.iter().map(|(_, fix)| fix);
-        state.to_look_at += std::iter::once(&one.fix).chain(followers).filter(|fix| !fix.safe).count();
-        state.done.extend(one.mends());
-    }
-    (state.osm, state.left) = (attempt.osm, attempt.left);
-    let open = suspects::open_edits(&state.left);
-    let to_blame: Vec<Suspects> = suspects.into_iter().filter(|group| group.are_to_blame(&made, &open)).collect();
-    for mut group in to_blame {
-        match (group.put_off.len(), group.put_off.pop()) {
-            (1, Some(only)) if group.harm.mendable && !only.leads => {
-                memory.leading.insert(only.mend);
-            }
-            (1, Some(only)) => refuse_with_twins(state, memory, only, &group.harm.reason),
-            (_, last) => {
-                group.put_off.extend(last);
-                memory.to_blame.push(group);
-            }
-        }
-    }
-    attempt.renumbered
-}
-
-/// Refuses a fix, and those of other findings that would make the same change.
-fn refuse_with_twins(state: &mut Mended, memory: &mut Memory, one: Proposal, reason: &str) {
-    let twins = twins(&state.left, one);
-    refuse(state, memory, twins.into_iter().map(|mend| (mend, reason.to_owned())));
-}
-
-/// A fix and those of other findings that would make the same change: each lanelet of an intersection proposes its area.
-fn twins(left: &[Diagnostic], one: Proposal) -> Vec<Mend> {
-    let others = left.iter().filter_map(|found| {
-        let fix = found.finding.fix.as_ref().filter(|fix| fix.edits == one.fix.edits)?;
-        Some(Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() })
-    });
-    let mut twins: Vec<Mend> = others.collect();
-    if !twins.contains(&one.mend) {
-        twins.push(one.mend);
-    }
-    twins
-}
-
-fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item = (Mend, String)>) {
-    for (mend, reason) in refused {
-        if memory.tried.refused(&mend) {
-            state.refused.push((mend, reason));
         }
     }
 }

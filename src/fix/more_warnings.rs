@@ -2,56 +2,97 @@
 
 use rustc_hash::FxHashMap;
 
+use super::finding_counts::FindingCounts;
 use super::fixes_by_place::{ByPlace, keys};
 use super::proposal::Attempt;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Diagnostic, Fix, Severity};
+
+/// What a fix brings and mends of what it changes. Findings that another fix would mend are not brought.
+#[derive(Default)]
+struct Balance<'a> {
+    warnings_come: i64,
+    errors_come: i64,
+    warnings_gone: i64,
+    errors_gone: i64,
+    first: Option<&'a Diagnostic>,
+}
+
+impl Balance<'_> {
+    /// How many more warnings it brings than it mends findings.
+    fn excess(&self) -> i64 {
+        self.warnings_come - self.warnings_gone - self.errors_gone
+    }
+
+    /// How many errors it mends more than it brings to light.
+    fn errors_fewer(&self) -> i64 {
+        self.errors_gone - self.errors_come
+    }
+
+    fn reason(&self) -> String {
+        let (code, message) =
+            self.first.map_or_else(Default::default, |first| (first.code.as_str(), first.finding.message.as_str()));
+        let more = self.excess();
+        format!("it brings {more} more warnings than it mends, --allow-warnings makes it; {code}: {message}")
+    }
+}
 
 /// The unsafe fixes of a batch after which there are more warnings about what they change than errors fewer, each with the reason.
-pub fn of(before: &[Diagnostic], attempt: &Attempt) -> Vec<(usize, String)> {
+/// Where the map has room for `most` warnings, those that draw areas and mend errors are left out of these, as long as the map has no more.
+pub fn of(
+    before: &[Diagnostic],
+    attempt: &Attempt,
+    may: impl Fn(&Fix) -> bool,
+    most: Option<usize>,
+) -> Vec<(usize, String)> {
     if attempt.done.iter().all(|one| one.fix.safe) {
         return Vec::new();
     }
+    let stays = |one: &&Diagnostic| one.severity > Severity::Info && !one.finding.fix.as_ref().is_some_and(&may);
+    let is_error = |one: &Diagnostic| one.severity == Severity::Error;
     let fixes = ByPlace::of(&attempt.done);
-    let (mut balance, mut first): (FxHashMap<usize, i64>, FxHashMap<usize, &Diagnostic>) = Default::default();
-    let come = missing_in(before, &attempt.left);
-    let gone = missing_in(&attempt.left, before);
-    for one in come.iter().filter(|one| one.severity == Severity::Warning) {
+    let mut balances: FxHashMap<usize, Balance> = FxHashMap::default();
+    let come = FindingCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
+    for one in come.into_iter().filter(stays) {
         for at in fixes.about_any(&keys(one).collect::<Vec<_>>()) {
-            *balance.entry(at).or_default() += 1;
-            first.entry(at).or_insert(one);
+            let balance = balances.entry(at).or_default();
+            match is_error(one) {
+                true => balance.errors_come += 1,
+                false => {
+                    balance.warnings_come += 1;
+                    balance.first.get_or_insert(one);
+                }
+            }
         }
     }
-    for one in gone.iter().filter(|one| one.severity > Severity::Info) {
+    let gone = FindingCounts::of(&attempt.left).exceeded_by(before);
+    for one in gone.into_iter().filter(|one| one.severity > Severity::Info) {
         for at in fixes.about_any(&keys(one).collect::<Vec<_>>()) {
-            *balance.entry(at).or_default() -= 1;
+            let balance = balances.entry(at).or_default();
+            match is_error(one) {
+                true => balance.errors_gone += 1,
+                false => balance.warnings_gone += 1,
+            }
         }
     }
-    let worse = first.into_iter().filter_map(|(at, first)| {
-        let more = balance.get(&at).copied().filter(|&more| more > 0)?;
-        attempt.done.get(at).filter(|one| !one.fix.safe)?;
-        let (code, message) = (&first.code, &first.finding.message);
-        let reason =
-            format!("it brings {more} more warnings than it mends, --allow-warnings makes it; {code}: {message}");
-        Some((at, reason))
+    balances.retain(|&at, one| one.excess() > 0 && attempt.done.get(at).is_some_and(|fix| !fix.fix.safe));
+    let mut heavy: Vec<(usize, Balance)> = balances.into_iter().collect();
+    // Those that cost most for what they mend go first.
+    heavy.sort_unstable_by(|(a, x), (b, y)| {
+        let [of_x, of_y] = [x.excess() * y.errors_fewer().max(1), y.excess() * x.errors_fewer().max(1)];
+        of_y.cmp(&of_x).then(a.cmp(b))
     });
-    let mut worse: Vec<(usize, String)> = worse.collect();
-    worse.sort_unstable();
-    worse
-}
-
-/// The findings of one list of which the other has fewer, by code, subject and message.
-fn missing_in<'a>(known: &[Diagnostic], found: &'a [Diagnostic]) -> Vec<&'a Diagnostic> {
-    let key = |one: &Diagnostic| (one.code.clone(), one.finding.subject, one.finding.message.clone());
-    let mut counts: FxHashMap<_, usize> = FxHashMap::default();
-    for one in known {
-        *counts.entry(key(one)).or_default() += 1;
+    if let Some(most) = most {
+        let warnings = attempt.left.iter().filter(|one| stays(one) && !is_error(one)).count();
+        let mut over = i64::try_from(warnings).unwrap_or(i64::MAX) - i64::try_from(most).unwrap_or(i64::MAX);
+        heavy.retain(|(at, one)| {
+            let may_stay = attempt.done.get(*at).is_some_and(|fix| fix.draws_area()) && one.errors_fewer() > 0;
+            let stays = may_stay && over <= 0;
+            if !stays {
+                over -= one.excess() + one.errors_gone;
+            }
+            !stays
+        });
     }
-    let is_new = |one: &&Diagnostic| match counts.get_mut(&key(one)) {
-        Some(count) if *count > 0 => {
-            *count -= 1;
-            false
-        }
-        _ => true,
-    };
-    found.iter().filter(is_new).collect()
+    heavy.sort_unstable_by_key(|(at, _)| *at);
+    heavy.into_iter().map(|(at, one)| (at, one.reason())).collect()
 }

@@ -130,7 +130,9 @@ fn touched(edit: &Edit) -> Vec<Subject> {
         Edit::Remove { subject } => vec![*subject],
         Edit::SetFormatVersion { .. } => Vec::new(),
         Edit::CreateStopLine { element, .. } => vec![*element],
-        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::CreateArea { lanelets, .. } | Edit::CreateMarking { lanelets, .. } => {
+            lanelets.iter().copied().map(Subject::Lanelet).collect()
+        }
         Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
         Edit::Divide(division) => {
             let lanelets = division.lanelets.iter().map(|cut| Subject::Lanelet(cut.lanelet));

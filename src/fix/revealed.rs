@@ -86,7 +86,8 @@ impl Marked {
 
 /// Whether an edit leaves the ends of lanes as they are.
 fn leaves_ends(edit: &Edit) -> bool {
-    use Edit::{AddMember, CreateArea, CreateRegulatoryElement, CreateStopLine, SetTag};
-    let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. } | CreateStopLine { .. });
-    is_made || matches!(edit, SetTag { .. } | AddMember { .. })
+    use Edit::{AddMember, CreateArea, CreateMarking, CreateRegulatoryElement, CreateStopLine, SetTag};
+    let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. });
+    let is_line = matches!(edit, CreateStopLine { .. } | CreateMarking { .. });
+    is_made || is_line || matches!(edit, SetTag { .. } | AddMember { .. })
 }

@@ -8,9 +8,9 @@ use super::proposal::{Attempt, Proposal};
 use super::route::{Change, Route};
 use crate::diagnostic::Edit;
 
-/// Whether a batch may change a route at all.
-pub fn may_change(done: &[Proposal]) -> bool {
-    done.iter().flat_map(Proposal::edits).any(|edit| match edit {
+/// Whether a fix may change a route at all.
+pub fn may_change(one: &Proposal) -> bool {
+    one.edits().any(|edit| match edit {
         Edit::SetTag { key, .. } | Edit::RemoveTag { key, .. } => {
             let key = key.as_str();
             let starts = ["lane_change", "one_way", "participant"];
@@ -20,6 +20,7 @@ pub fn may_change(done: &[Proposal]) -> bool {
         | Edit::CreateArea { .. }
         | Edit::CreateRegulatoryElement { .. }
         | Edit::CreateStopLine { .. }
+        | Edit::CreateMarking { .. }
         | Edit::SetFormatVersion { .. } => false,
         _ => true,
     })
@@ -52,7 +53,8 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
         if touching.iter().filter_map(one_of).any(is_asked) {
             continue;
         }
-        for at in touching {
+        let may_have = |at: &usize| one_of(at).is_some_and(may_change);
+        for at in touching.into_iter().filter(may_have) {
             let Route { who, how, from, to, .. } = route;
             let now = if *is_won { "now" } else { "no longer" };
             let reason =

@@ -2,7 +2,7 @@
 
 mod judgement_tests;
 
-use super::error_counts::ErrorCounts;
+use super::finding_counts::FindingCounts;
 use super::proposal::Proposal;
 use super::text_edits::TextEdits;
 use super::tried::Tried;
@@ -201,6 +201,57 @@ fn unsafe_fixes_are_made_when_they_are_asked_for() {
     assert_eq!((mended.done.len(), mended.left.len()), (2, 0));
 }
 
+#[test]
+fn a_stop_line_is_drawn_with_its_element() {
+    let lines = edited(&[Edit::CreateMarking { points: vec![1, 2], lanelets: vec![20] }]).unwrap().join("\n");
+    for tag in [r#"k="type" v="stop_line""#, r#"k="subtype" v="road_marking""#, r#"role="regulatory_element""#] {
+        assert!(lines.contains(tag), "{lines}");
+    }
+    assert!(lines.contains(r#"<member type="way" ref="21" role="refers"/>"#), "{lines}");
+}
+
+/// Two nodes want `ele`, which is a warning, and the lanelet an area, under which it has some warnings more.
+fn judge_area(osm: &OsmData, brings: usize) -> Vec<Diagnostic> {
+    let graded = |one: Diagnostic, severity| Diagnostic { severity, ..one };
+    let bare = osm.nodes.iter().filter(|node| node.tags.get("ele").is_none());
+    let mut found: Vec<Diagnostic> =
+        bare.map(|node| graded(wants_ele(Subject::Point(node.id)), Severity::Warning)).collect();
+    let on = Subject::Lanelet(20);
+    if osm.relations.iter().any(|one| one.tags.has("intersection_area")) {
+        found.extend((0..brings).map(|_| graded(diagnostic("area/shape", on, None), Severity::Warning)));
+    } else {
+        let edits = vec![Edit::CreateArea { points: vec![1, 2, 3], corners: Vec::new(), lanelets: vec![20] }];
+        let fix = Fix { title: "draw the area".to_owned(), safe: false, edits };
+        found.push(diagnostic("area/none", on, Some(fix)));
+    }
+    found
+}
+
+/// An area may bring more warnings than it mends errors only as far as the map had them before.
+#[test]
+fn an_area_is_drawn_as_long_as_the_map_has_no_more_warnings() {
+    let scope = super::Scope { unsafe_too: true, ..super::Scope::default() };
+    let mended = |brings: usize| {
+        mend(read(MAP), scope, |osm: &OsmData| Ok::<_, std::convert::Infallible>(judge_area(osm, brings))).unwrap()
+    };
+    let (few, many) = (mended(2), mended(3));
+    assert_eq!((few.before, few.after()), ([1, 2], [0, 2]), "{:?}", few.refused);
+    assert_eq!((many.before, many.after()), ([1, 2], [1, 0]));
+    assert!(many.more_warnings.is_empty());
+    let (_, reason) = many.refused.first().unwrap();
+    assert!(reason.starts_with("it brings 2 more warnings than it mends, --allow-warnings makes it"), "{reason}");
+}
+
+#[test]
+fn a_finding_is_known_by_its_element_and_not_by_its_text() {
+    let said = |message: &str| {
+        let finding = Finding::new("fault", Subject::Point(1), message);
+        Diagnostic::new("node/other-square", Severity::Error, finding)
+    };
+    assert!(super::new_findings(&[said("in one of 4 squares")], &[said("in one of 2 squares")]).is_empty());
+    assert_eq!(super::new_findings(&[said("a")], &[said("a"), said("b")]).len(), 1);
+}
+
 /// Every id below 100 is wrong, and every way has a fault of its own that stays.
 fn judge_ids(osm: &OsmData, asked: &std::cell::Cell<usize>) -> Vec<Diagnostic> {
     asked.set(asked.get() + 1);
@@ -361,7 +412,7 @@ fn a_group_that_becomes_smaller_is_not_new() {
         }
         found
     };
-    let known = || ErrorCounts::of(&[group(&[1, 2, 3, 4])]);
+    let known = || FindingCounts::of(&[group(&[1, 2, 3, 4])]);
     assert!(known().exceeded_by(&[group(&[2, 3, 4])]).is_empty());
     assert_eq!(known().exceeded_by(&[group(&[2, 3, 5])]).len(), 1);
 }

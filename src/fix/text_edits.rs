@@ -189,8 +189,12 @@ impl<'a> TextEdits<'a> {
             Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
             Edit::SetPlace { point, place } => self.element(Subject::Point(*point))?.set_place(place.lat, place.lon),
             Edit::PlaceBetween { point, from, to, share } => self.place_between(*point, [*from, *to], *share)?,
+            Edit::CreateMarking { points, lanelets } => {
+                let line = self.create_stop_line(points)?;
+                self.create("road_marking", &[("refers".into(), Subject::LineString(line))], lanelets)?;
+            }
             Edit::CreateStopLine { points, element } => {
-                let line = self.create_way(points, &[("type", "stop_line"), ("subtype", "solid")])?;
+                let line = self.create_stop_line(points)?;
                 self.element(*element)?.add_member(ElementKind::Way, line, "ref_line");
             }
             Edit::RemoveRepeat { on, nth } => {
@@ -202,7 +206,7 @@ impl<'a> TextEdits<'a> {
             Edit::CreateRegulatoryElement { subtype, members, referrers } => {
                 self.create(subtype, members, referrers)?
             }
-            Edit::CreateArea { points, lanelets } => self.create_area(points, lanelets)?,
+            Edit::CreateArea { points, corners, lanelets } => self.create_area(points, corners, lanelets)?,
             Edit::CreateOpposite { lanelet, elements } => self.create_opposite(*lanelet, elements)?,
             Edit::Divide(division) => self.divide(division)?,
             Edit::SetFormatVersion { version } => self.set_format_version(version)?,

@@ -34,6 +34,11 @@ impl Tried {
         self.when.insert(mend.clone(), self.applied.len()).is_none()
     }
 
+    /// Forgets some fixes: they may be tried again.
+    pub fn forget(&mut self, mends: &FxHashSet<Mend>) {
+        self.when.retain(|mend, _| !mends.contains(mend));
+    }
+
     /// Forgets those of the open fixes near which others were applied after they were tried: what they do may be different now.
     /// Returns whether there is one.
     pub fn forget_changed(&mut self, open: impl Iterator<Item = Proposal>) -> bool {

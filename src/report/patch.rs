@@ -118,6 +118,7 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::SetVertices { .. }
         | Edit::PlaceBetween { .. }
         | Edit::CreateStopLine { .. }
+        | Edit::CreateMarking { .. }
         | Edit::ReverseWay { .. }
         | Edit::CreateOpposite { .. }
         | Edit::SetFormatVersion { .. }

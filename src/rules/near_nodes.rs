@@ -1,8 +1,10 @@
 //! Nodes that lie close together and were meant to be one: all of a cluster at once, however many.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::diagnostic::{Edit, Finding};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::PointId;
 use crate::lanelet::index::{MapIndex, UnionFind};
 
@@ -19,6 +21,8 @@ struct Cluster {
     nodes: Vec<PointId>,
     /// Whether all of them become one.
     close: bool,
+    /// The lanes that its pairs keep apart: all of them connect once it is one node.
+    lanes: BTreeSet<usize>,
     /// The pairs for which there is a finding, if not for all.
     told: Option<FxHashSet<[PointId; 2]>>,
 }
@@ -46,7 +50,7 @@ impl NodeClusters {
         let mut clusters: Vec<Cluster> = (by_root.into_iter().filter(|nodes| !nodes.is_empty()))
             .map(|nodes| {
                 let told = (nodes.len() > crowd::MOST).then(FxHashSet::default);
-                Cluster { close: is_close(&nodes), told, nodes }
+                Cluster { close: is_close(&nodes), lanes: BTreeSet::new(), told, nodes }
             })
             .collect();
         let of_node = clusters.iter().enumerate();
@@ -62,6 +66,16 @@ impl NodeClusters {
         Self { of_node, clusters }
     }
 
+    /// The same, where it is known which lanes each pair keeps apart.
+    pub fn between<'a>(mut self, pairs: impl Iterator<Item = ([PointId; 2], &'a [[usize; 2]])>) -> Self {
+        for (pair, lanes) in pairs {
+            if let Some(cluster) = self.of_node.get(&pair[0]).and_then(|&at| self.clusters.get_mut(at)) {
+                cluster.lanes.extend(lanes.iter().flatten());
+            }
+        }
+        self
+    }
+
     fn of_pair(&self, pair: [PointId; 2]) -> Option<&Cluster> {
         self.of_node.get(&pair[0]).and_then(|&at| self.clusters.get(at))
     }
@@ -72,12 +86,22 @@ impl NodeClusters {
         told.is_none_or(|told| told.contains(&pair))
     }
 
-    /// The finding that two nodes are to be one, with the fix that makes one of all of their cluster.
-    pub fn made_one(&self, mut finding: Finding, pair: [PointId; 2]) -> Finding {
+    /// The finding that two nodes are to be one, with the fix that makes one of all of their cluster; it names all lanes that connect then.
+    pub fn made_one(&self, map: &MapIndex, mut finding: Finding, pair: [PointId; 2]) -> Finding {
         let cluster = self.of_pair(pair);
         if let Some(Cluster { nodes, told: Some(_), .. }) = cluster {
             let many = crowd::too_many(nodes.len(), "nodes lie so close to each other");
             finding.message = format!("{} {many}", finding.message);
+        }
+        let lanes = cluster
+            .into_iter()
+            .filter(|cluster| cluster.lanes.len() <= crowd::MOST)
+            .flat_map(|cluster| &cluster.lanes)
+            .map(|&at| Subject::Lanelet(map.lanes[at].id.0));
+        for lane in lanes {
+            if !finding.related.iter().any(|one| one.subject == lane) {
+                finding = finding.with(lane, "connects there, too");
+            }
         }
         let together = cluster.filter(|cluster| cluster.close);
         let [to, from @ ..] = together.map_or(&pair[..], |cluster| &cluster.nodes) else { return finding };

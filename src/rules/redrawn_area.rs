@@ -2,8 +2,8 @@
 
 use std::cell::OnceCell;
 
-use crate::diagnostic::{Edit, Finding, Subject};
-use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex};
+use crate::diagnostic::{AreaCorner, Edit, Finding, Subject};
+use crate::lanelet::index::{AreaOutlines, Corner, Intersection, MapIndex, Outline};
 use crate::text::counted;
 
 use super::far_lanes;
@@ -25,7 +25,8 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
     pub fn mend(&self, finding: Finding, intersection: &Intersection) -> Finding {
         let lanes: Vec<usize> = intersection.members.iter().map(|member| member.lane).collect();
         let Some(area) = intersection.area.and_then(|id| self.map.map.polygons.get(id)) else { return finding };
-        let Some(points) = self.around(&lanes) else { return finding };
+        let Some(outline) = self.around(&lanes) else { return finding };
+        let points: Vec<i64> = outline.points.into_iter().map(|id| id.0).collect();
         let known: Vec<i64> = area.points.iter().map(|id| id.0).collect();
         if points == known {
             return finding;
@@ -36,17 +37,27 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
 
     /// The finding with a new area around these lanelets, in place of one that is not there.
     pub fn replace(&self, finding: Finding, lanes: &[usize]) -> Finding {
-        let Some(points) = self.around(lanes) else { return finding };
+        let Some(outline) = self.around(lanes) else { return finding };
         let lanelets = lanes.iter().map(|&lane| self.map.lanes[lane].id.0).collect();
         let title = format!("draw the area around {} that name it", counted(lanes.len(), "lanelet"));
-        finding.fixed_by(title, false, vec![Edit::CreateArea { points, lanelets }])
+        finding.fixed_by(title, false, vec![area_around(&outline, lanelets)])
     }
 
-    fn around(&self, lanes: &[usize]) -> Option<Vec<i64>> {
+    fn around(&self, lanes: &[usize]) -> Option<Outline> {
         if far_lanes::has_far(self.map, lanes) {
             return None;
         }
         let outlines = self.outlines.get_or_init(|| AreaOutlines::new(self.map));
-        Some(outlines.around(lanes)?.into_iter().map(|id| id.0).collect())
+        outlines.around(lanes)
+    }
+}
+
+/// The edit that draws an area over an outline and names it in the tags of its lanelets.
+pub fn area_around(outline: &Outline, lanelets: Vec<i64>) -> Edit {
+    let corner = |one: &Corner| AreaCorner { before: one.before, ends: one.ends.map(|id| id.0), share: one.share };
+    Edit::CreateArea {
+        points: outline.points.iter().map(|id| id.0).collect(),
+        corners: outline.corners.iter().map(corner).collect(),
+        lanelets,
     }
 }

@@ -5,12 +5,14 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
-use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT_ON, U_TURN, Unmarked, declared_area};
+use crate::lanelet::index::{
+    AreaOutlines, Intersection, MapIndex, Outline, STRAIGHT_ON, U_TURN, Unmarked, declared_area,
+};
 use crate::lanelet::lane_change::is_said_by_side;
-use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
+use crate::lanelet::{Lanelet, LineStringId, PolygonId};
 use crate::parallel::Finely;
 
-use super::redrawn_area::RedrawnAreas;
+use super::redrawn_area::{RedrawnAreas, area_around};
 use super::{NoParams, far_lanes};
 use crate::lanelet::index::thresholds;
 
@@ -218,10 +220,10 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
             if let Some(division) = far_lanes::division(map, one) {
                 return division;
             }
-            let (points, lanes) = outlines.as_ref()?.around_with_covered(&one.lanes)?;
+            let (outline, lanes) = outlines.as_ref()?.around_with_covered(&one.lanes)?;
             let title =
                 format!("draw the area of the intersection, tag its {} lanelets and say where they turn", lanes.len());
-            Some(Fix { title, safe: false, edits: marking(map, &lanes, points) })
+            Some(Fix { title, safe: false, edits: marking(map, &lanes, &outline) })
         };
         let fixes: Vec<Option<Fix>> = all.par_iter().finely().map(fix).collect();
         Self { map, all: all.into_iter().zip(fixes).collect(), by_lane }
@@ -258,7 +260,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
 
 /// The edits that say where lanelets turn that do not say it, and that nobody changes lanes over their virtual bounds, draw the
 /// area, and name it in its lanelets.
-fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
+fn marking(map: &MapIndex, lanes: &[usize], outline: &Outline) -> Vec<Edit> {
     let label = |&lane: &usize| {
         let lanelet = map.lanes[lane].lanelet;
         let label = map.label_for(map.lanes[lane].turn(), STRAIGHT_ON, U_TURN).as_str();
@@ -281,7 +283,7 @@ fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
     });
     let mut edits: Vec<Edit> = lanes.iter().filter_map(label).chain(closed).collect();
     let lanelets = lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
-    edits.push(Edit::CreateArea { points: points.into_iter().map(|id| id.0).collect(), lanelets });
+    edits.push(area_around(outline, lanelets));
     edits
 }
 

@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, cross, polygon};
-use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, Lane, MapIndex, StopLine};
+use crate::lanelet::{LaneletId, RoadType};
 
 use super::ends_at_stop_line;
 use crate::lanelet::index::thresholds;
@@ -27,7 +27,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             let inward = arm.edges.iter().filter(|edge| edge.inward);
             for edge in inward.clone() {
                 let starts = edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane));
-                findings.extend(one_for_the_entrance(starts.collect()));
+                findings.extend(one_for_the_entrance(map, starts.collect()));
             }
             // A line on which its own lanes do not start tells nothing about the exits.
             let aligned = |edge: &ArmEdge| {
@@ -45,14 +45,30 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 }
 
 /// The findings of lanelets that start at one place, those without any stop line there as one.
-fn one_for_the_entrance(starts: Vec<Finding>) -> Vec<Finding> {
+fn one_for_the_entrance(map: &MapIndex, starts: Vec<Finding>) -> Vec<Finding> {
     let is_bare = |finding: &Finding| finding.fault == "no-stop-line" && finding.fix.is_none();
     let (bare, mut findings): (Vec<Finding>, Vec<Finding>) = starts.into_iter().partition(is_bare);
     let mut bare = bare.into_iter();
     if let Some(first) = bare.next() {
-        findings.push(bare.fold(first, |all, one| all.with(one.subject, "starts there, too")));
+        let ids = |finding: &Finding| finding.subject.id().map(LaneletId);
+        let lanelets: Vec<LaneletId> = ids(&first).into_iter().chain(bare.as_slice().iter().filter_map(ids)).collect();
+        let finding = bare.fold(first, |all, one| all.with(one.subject, "starts there, too"));
+        findings.push(with_line_drawn(map, finding, &lanelets));
     }
     findings
+}
+
+/// Adds the edit that draws a stop line where these lanelets start: the requirement wants one also where none is painted. A light without a
+/// stop line needs one of its own.
+fn with_line_drawn(map: &MapIndex, finding: Finding, lanelets: &[LaneletId]) -> Finding {
+    let Some(&first) = lanelets.first().and_then(|id| map.lane_of(*id)).as_ref() else { return finding };
+    let has_light = |id: &LaneletId| map.elements(*id, "traffic_light").next().is_some();
+    if lanelets.iter().any(has_light) || first.start.ids[0] == first.start.ids[1] {
+        return finding;
+    }
+    let points = first.start.ids.map(|id| id.0).to_vec();
+    let edit = Edit::CreateMarking { points, lanelets: lanelets.iter().map(|id| id.0).collect() };
+    finding.fixed_by("draw a stop line where its lanelets start, with a road_marking element", false, vec![edit])
 }
 
 /// The start must lie on the stop line.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use lanewright::api::FixOptions;
 use lanewright::diagnostic::{Diagnostic, Edit, Severity, Subject};
-use lanewright::fix::{canonical, mend};
+use lanewright::fix::{Scope, canonical, mend};
 use lanewright::lanelet::from_osm;
 use lanewright::osm::OsmData;
 use lanewright::projection::{MgrsGrid, Projector};
@@ -224,6 +224,18 @@ fn the_file_of_the_projector_is_written_beside_the_map() {
     let written = fs::read_to_string(folder.path().join("map_projector_info.yaml")).unwrap();
     assert_eq!(written, "projector_type: Local\nvertical_datum: WGS84\n");
     assert!(fixed(true).diff().is_empty(), "a second run finds nothing to do");
+}
+
+#[test]
+fn the_file_of_a_map_in_one_square_is_written_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(root().join("tests/rules/vm-03-08/good.osm"), folder.path().join("lanelet2_map.osm")).unwrap();
+    let scope = Scope { unsafe_too: true, ..Scope::default() };
+    let fixed = lanewright::fix(folder.path().to_path_buf(), &FixOptions { scope, ..FixOptions::default() }).unwrap();
+    assert!(fixed.diff().contains("+projector_type: MGRS"), "{}", fixed.diff());
+    let [before, after] = [fixed.mended.before, fixed.mended.after()];
+    assert_eq!(before[1] - after[1], 1, "the missing file was one warning");
+    assert_eq!(fixed.mended.to_look_at, 1);
 }
 
 /// The line of a node with its place in metres only.

@@ -9,7 +9,7 @@ use lanewright::fix::Scope;
 use lanewright::lanelet::routing_pairs::{Directed, Relation, routing_pairs};
 
 use crate::common::judging::load;
-use crate::common::routes::{MendedFile, Routes, changed_unasked, real};
+use crate::common::routes::{MendedFile, Routes, changed_unasked, changes, real};
 use crate::common::{hand_made_maps, rule_maps, shared_maps, soak};
 
 /// The hand-made maps of both corpora.
@@ -209,6 +209,23 @@ fn still_leads(routes: &Routes, [who, _, from, to]: &[String; 4]) -> bool {
         }
     }
     false
+}
+
+/// A soak with `--no-capture` prints the table.
+#[test]
+fn no_fix_changes_a_route_of_which_no_finding_speaks() {
+    for unsafe_too in [false, true] {
+        let scope = Scope { unsafe_too, ..Scope::default() };
+        let Some(changed) = changes(&slice(corpora(), 4), scope) else { return };
+        for one in &changed {
+            let name = one.map.file_stem().unwrap_or_default().to_string_lossy();
+            let (lost, won) = (one.lost, one.won);
+            println!("| {name} | {unsafe_too} | {} | {lost} | {won} | {} |", one.before, one.unasked.len());
+        }
+        let unasked: Vec<_> = changed.iter().filter(|one| !one.unasked.is_empty()).collect();
+        let told: Vec<String> = unasked.iter().map(|one| format!("{}: {:?}", one.map.display(), one.unasked)).collect();
+        assert!(told.is_empty(), "{unsafe_too}: {}", told.join("\n"));
+    }
 }
 
 #[test]

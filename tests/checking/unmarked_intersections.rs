@@ -41,6 +41,45 @@ fn an_area_runs_along_the_bound_of_a_turn_where_the_map_has_no_kerb() {
     assert!(twice.windows(corner.len()).any(|nodes| nodes == corner), "{corner:?} are not in {:?}", area(&mended));
 }
 
+/// The right bound of a lanelet.
+fn right(data: &OsmData, lanelet: i64) -> i64 {
+    let lanelet = data.relations.iter().find(|one| one.id == lanelet).unwrap();
+    lanelet.members.iter().find(|member| member.role == "right").unwrap().id
+}
+
+/// Where a pavement lies beside the lane before the turn, the straight line across its corner would take in ground beside the lanes.
+#[test]
+fn an_area_takes_in_no_ground_beside_the_lanes() {
+    let (mut sheet, _) = crossing(&ROUND);
+    let before = osm(sheet.drawing.xml());
+    let (approach, bound) = (right(&before, 2003), right(&before, 2007));
+    let kerb = sheet.nodes([[4.0, -40.0], [4.0, -10.0]]);
+    let kerb = sheet.way(&kerb, "type=virtual");
+    sheet.lanelet([approach, kerb], "subtype=walkway location=urban speed_limit=5");
+    let mended = mended(osm(sheet.drawing.xml().replace("road_border", "virtual"))).osm;
+    let mut corner = mended.ways.iter().find(|way| way.id == bound).unwrap().nodes.clone();
+    corner.reverse();
+    let twice = area(&mended).repeat(2);
+    assert!(twice.windows(corner.len()).any(|nodes| nodes == corner), "{corner:?} are not in {:?}", area(&mended));
+}
+
+/// In the corners where nobody turns the bounds have no nodes: they get one there, and the area lies under its lanes.
+#[test]
+fn an_area_gets_corners_where_the_bounds_have_no_nodes() {
+    let (sheet, [from, to]) = crossing(&ROUND);
+    let data = osm(sheet.drawing.xml().replace("road_border", "virtual"));
+    let mended = mended(data).osm;
+    let twice = area(&mended).repeat(2);
+    let start = twice.iter().position(|id| *id == from).unwrap();
+    let corner = twice[start + 1];
+    assert_eq!(twice[start + 2], to, "{:?}", area(&mended));
+    let bounds = mended.ways.iter().filter(|way| !way.tags.is("type", "intersection_area"));
+    assert!(bounds.into_iter().any(|way| way.nodes.contains(&corner)), "{corner} is a vertex of a bound");
+    let number = |key: &str| mended.node(corner).unwrap().tags.get(key).unwrap().parse::<f64>().unwrap();
+    let place = [number("local_x"), number("local_y"), number("ele")];
+    assert!((place[0] + 3.0).abs() < 1.6 && (place[1] - 3.0).abs() < 1.6 && place[2] == 5.0, "{place:?}");
+}
+
 #[test]
 fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
     let mut sheet = Sheet::default();

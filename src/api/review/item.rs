@@ -74,7 +74,9 @@ fn of_edits(edits: &[Edit]) -> &'static str {
         "That these lanelets are one intersection, and that it reaches as far as their ends and the road borders."
     } else if has(|edit| matches!(edit, Edit::Divide(_))) {
         "That the lanelet is meant to end where those beside it or across it do."
-    } else if has(|edit| matches!(edit, Edit::CreateRegulatoryElement { .. } | Edit::CreateStopLine { .. })) {
+    } else if has(|edit| {
+        matches!(edit, Edit::CreateRegulatoryElement { .. } | Edit::CreateStopLine { .. } | Edit::CreateMarking { .. })
+    }) {
         "That what is drawn here stands on the street and is meant for these lanelets."
     } else if has(|edit| matches!(edit, Edit::MergePoints { .. } | Edit::ReplaceWay { .. })) {
         "That these are one and the same, drawn twice."
@@ -87,21 +89,4 @@ fn of_edits(edits: &[Edit]) -> &'static str {
     } else {
         "That the rest of the map around it is right, and tells what was meant here."
     }
-}
-
-/// Findings of a list that another does not have, as often as they are found.
-pub fn new_ones<'a>(before: &[Diagnostic], after: &'a [Diagnostic]) -> Vec<&'a Diagnostic> {
-    let key = |one: &Diagnostic| (one.code.clone(), one.finding.subject, one.finding.message.clone());
-    let mut rest: FxHashMap<_, usize> = FxHashMap::default();
-    for one in before {
-        *rest.entry(key(one)).or_default() += 1;
-    }
-    let is_new = |one: &&Diagnostic| match rest.get_mut(&key(one)) {
-        Some(count) if *count > 0 => {
-            *count -= 1;
-            false
-        }
-        _ => true,
-    };
-    after.iter().filter(is_new).collect()
 }

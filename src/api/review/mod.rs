@@ -17,7 +17,7 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Diagnostic, Severity, Subject};
-use crate::fix::{Mend, applied, mend_chosen};
+use crate::fix::{Mend, applied, mend_chosen, new_findings};
 use crate::lanelet::{LaneletMap, from_osm};
 use crate::osm::OsmData;
 use crate::report::Report;
@@ -327,7 +327,7 @@ impl Review {
         let osm = osm.ok_or_else(|| Failure::new(format!("cannot be made: {}", fix.title)))?;
         let left = crate::fix::Judge::whole(&self.judge(), &osm)?;
         let breaks = |one: &&&Diagnostic| one.code.starts_with("load/") && one.severity == Severity::Error;
-        let broken = item::new_ones(&self.now.left, &left);
+        let broken = new_findings(&self.now.left, &left);
         let broken = broken.iter().find(breaks);
         if let Some(broken) = broken {
             return Err(Failure::new(format!("not made, the map would not load: {}", broken.finding.message)));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, Severity, Subject};
+use crate::fix::new_findings;
 use crate::geometry::Point;
 use crate::lanelet::index::view::View;
 use crate::lanelet::locate::locate;
@@ -14,7 +15,7 @@ use crate::report::failure::Failure;
 use crate::report::html::{FixPreview, fix_previews, shape_of};
 use crate::report::planner::sentence;
 
-use super::{Outcome, Review, counts, item};
+use super::{Outcome, Review, counts};
 use crate::diagnostic::Place;
 
 /// Around what changes, metres: as much street as tells where it is, and not so much that nothing is seen.
@@ -85,7 +86,7 @@ impl Review {
 
 /// Errors and warnings that a map has more than before.
 fn brings(before: &[Diagnostic], outcome: &Outcome) -> Vec<String> {
-    let heavy = item::new_ones(before, &outcome.left).into_iter().filter(|one| one.severity > Severity::Info);
+    let heavy = new_findings(before, &outcome.left).into_iter().filter(|one| one.severity > Severity::Info);
     heavy.map(|one| format!("{} {}: {}", one.severity, one.code, one.finding.message)).collect()
 }
 

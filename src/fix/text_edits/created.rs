@@ -3,7 +3,7 @@
 use super::TextEdits;
 use super::keys::key_of;
 use super::references::AREA;
-use crate::diagnostic::Subject;
+use crate::diagnostic::{AreaCorner, Subject};
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Text};
 
@@ -35,8 +35,17 @@ impl TextEdits<'_> {
         Some(id)
     }
 
-    pub(super) fn create_area(&mut self, points: &[i64], lanelets: &[i64]) -> Option<()> {
-        let id = self.create_way(points, &[("type", AREA), ("area", "yes")])?;
+    pub(super) fn create_stop_line(&mut self, points: &[i64]) -> Option<i64> {
+        self.create_way(points, &[("type", "stop_line"), ("subtype", "solid")])
+    }
+
+    pub(super) fn create_area(&mut self, points: &[i64], corners: &[AreaCorner], lanelets: &[i64]) -> Option<()> {
+        let mut points = points.to_vec();
+        let nodes = self.nodes_at(corners)?;
+        for (corner, node) in corners.iter().zip(nodes).rev() {
+            points.insert(corner.before.min(points.len()), node);
+        }
+        let id = self.create_way(&points, &[("type", AREA), ("area", "yes")])?;
         for lanelet in lanelets {
             self.element(Subject::Lanelet(*lanelet))?.set_tag(AREA, &id.to_string());
         }

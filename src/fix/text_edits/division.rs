@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::TextEdits;
 use super::claims::{Claim, Part};
-use crate::diagnostic::{CutPlace, Division, LaneletCut, WayCut};
+use crate::diagnostic::{AreaCorner, CutPlace, Division, LaneletCut, WayCut};
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Tags};
 
@@ -75,6 +75,17 @@ impl TextEdits<'_> {
             self.element_of((ElementKind::Way, way))?.set_vertices(&points);
         }
         Some(parts)
+    }
+
+    /// New nodes on segments of ways, as vertices of all ways along them; in the order of the corners.
+    pub(super) fn nodes_at(&mut self, corners: &[AreaCorner]) -> Option<Vec<i64>> {
+        let (mut vertices, mut made) = (Vertices::new(), FxHashMap::default());
+        let mut on = |one: &AreaCorner| self.node_on(one.ends, one.share, &mut made, &mut vertices);
+        let nodes: Vec<i64> = corners.iter().map(&mut on).collect::<Option<_>>()?;
+        for (way, points) in vertices {
+            self.element_of((ElementKind::Way, way))?.set_vertices(&points);
+        }
+        Some(nodes)
     }
 
     /// A new node on a segment, as a vertex of all ways along the segment. If ways lie on each other, the node may exist already.
@@ -151,7 +162,7 @@ impl TextEdits<'_> {
     }
 
     /// The ways that run from one node straight to another, or back.
-    fn ways_along(&self, [from, to]: [i64; 2]) -> BTreeSet<i64> {
+    pub(super) fn ways_along(&self, [from, to]: [i64; 2]) -> BTreeSet<i64> {
         let near = self.referrers_of((ElementKind::Node, from)).filter(|key| key.0 == ElementKind::Way);
         let runs_along = |way: &i64| {
             let nodes = self.osm.way(*way).map(|way| &way.nodes);

@@ -63,40 +63,45 @@ impl TextEdits<'_> {
                     parts.extend(tagged.flat_map(|one| NAMING.map(|name| (*one, Part::Tag(name.to_owned())))));
                 }
             }
-            Edit::CreateStopLine { .. } | Edit::CreateRegulatoryElement { .. } | Edit::CreateArea { .. } => {
-                claim_for_created(edit, claim);
-            }
-            Edit::CreateOpposite { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
             Edit::Divide(division) => self.claim_division(division, claim),
-            // No other fix changes the head of a file.
-            Edit::SetFormatVersion { .. } => {}
+            _ => self.claim_for_created(edit, claim),
         }
     }
-}
 
-/// What an edit that makes a new element needs of those that are there.
-fn claim_for_created(edit: &Edit, claim: &mut Claim) {
-    let Claim { parts, named, .. } = claim;
-    match edit {
-        Edit::CreateStopLine { points, element } => {
-            parts.extend(key_of(*element).map(|key| (key, Part::Created("stop_line".to_owned()))));
-            named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+    /// What an edit that makes a new element needs of those that are there.
+    fn claim_for_created(&self, edit: &Edit, claim: &mut Claim) {
+        let Claim { whole, parts, named } = claim;
+        match edit {
+            Edit::CreateStopLine { points, element } => {
+                parts.extend(key_of(*element).map(|key| (key, Part::Created("stop_line".to_owned()))));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
+            Edit::CreateMarking { points, lanelets } => {
+                let created = Part::Created("road_marking".to_owned());
+                parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
+            Edit::CreateRegulatoryElement { subtype, referrers, members } => {
+                // A lanelet has an element for each crosswalk that it crosses, and one of each other kind.
+                let crosswalk = members.iter().find(|(role, _)| subtype == "crosswalk" && role == "refers");
+                let created = Part::Created(match crosswalk.and_then(|(_, member)| member.id()) {
+                    Some(id) => format!("{subtype} {id}"),
+                    None => subtype.to_string(),
+                });
+                parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
+                named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
+            }
+            Edit::CreateArea { points, corners, lanelets } => {
+                let along = corners.iter().flat_map(|one| self.ways_along(one.ends));
+                whole.extend(along.map(|way| (ElementKind::Way, way)));
+                named.extend(corners.iter().flat_map(|one| one.ends).map(|id| (ElementKind::Node, id)));
+                let tag = Part::Tag(AREA.to_owned());
+                parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), tag.clone())));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
+            Edit::CreateOpposite { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
+            // No other fix changes the head of a file.
+            _ => {}
         }
-        Edit::CreateRegulatoryElement { subtype, referrers, members } => {
-            // A lanelet has an element for each crosswalk that it crosses, and one of each other kind.
-            let crosswalk = members.iter().find(|(role, _)| subtype == "crosswalk" && role == "refers");
-            let created = Part::Created(match crosswalk.and_then(|(_, member)| member.id()) {
-                Some(id) => format!("{subtype} {id}"),
-                None => subtype.to_string(),
-            });
-            parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
-            named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
-        }
-        Edit::CreateArea { points, lanelets } => {
-            let tag = Part::Tag(AREA.to_owned());
-            parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), tag.clone())));
-            named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
-        }
-        _ => {}
     }
 }

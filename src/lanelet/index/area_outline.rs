@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rstar::primitives::GeomWithData;
+use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -14,13 +14,13 @@ use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
 
 /// A node of a road border this close (m) to the edge of the lanes is a vertex.
-const VERTEX_AT_EDGE: f64 = 0.3;
+pub(super) const VERTEX_AT_EDGE: f64 = 0.3;
 /// The end of a lane is a vertex even where it lies farther (m) inside: lanes of one approach do not all end on one line.
 const STAGGERED: f64 = 3.0;
 /// Other nodes of the lanes' bounds are vertices only where they lie on the edge (m).
 const ON_EDGE: f64 = 0.05;
 /// An outline that folds back within this angle (deg) has a spike.
-const SPIKE: f64 = 1.0;
+pub(super) const SPIKE: f64 = 1.0;
 
 /// A road border that leads from one vertex to the next is no longer than so many times their distance: it runs around a corner, and not
 /// around a block.
@@ -28,12 +28,34 @@ const LONGEST_BORDER: f64 = 3.0;
 /// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
+/// A vertex on a bound, between two nodes that follow each other on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// The place among the other vertices before which it comes.
+    pub before: usize,
+    /// The nodes beside it.
+    pub ends: [PointId; 2],
+    /// How far it is from the first to the second, 0 to 1.
+    pub share: f64,
+}
+
+/// The vertices of an area: nodes that the map has, in order, and new ones between them.
+#[derive(Clone, Debug)]
+pub struct Outline {
+    /// Those that the map has.
+    pub points: Vec<PointId>,
+    /// The new ones, in order.
+    pub corners: Vec<Corner>,
+}
+
 /// Draws outlines; holds the nodes of all road borders by place.
 pub struct AreaOutlines<'i, 'm> {
-    map: &'i MapIndex<'m>,
+    pub(super) map: &'i MapIndex<'m>,
     /// The nodes of road borders, each with those beside it on one of them.
-    borders: FxHashMap<PointId, Vec<PointId>>,
+    pub(super) borders: FxHashMap<PointId, Vec<PointId>>,
     tree: RTree<GeomWithData<[f64; 2], PointId>>,
+    /// The pieces of road borders by place.
+    pub(super) pieces: RTree<Line<[f64; 2]>>,
 }
 
 /// A node that may become a vertex.
@@ -63,6 +85,15 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
                 link(to, from);
             }
         }
+        let lines = map.map.linestrings.iter().filter(|line| is_road_border(line));
+        let pieces = lines.flat_map(|line| line.points.iter().zip(line.points.iter().skip(1)));
+        let pieces = pieces.filter_map(|(&from, &to)| {
+            let [from, to] = [from, to].map(|id| map.map.points.get(id).map(|point| point.position));
+            let (from, to) = from.zip(to)?;
+            let is_finite = [from, to].iter().all(|place| place.x.is_finite() && place.y.is_finite());
+            is_finite.then(|| Line::new([from.x, from.y], [to.x, to.y]))
+        });
+        let pieces = RTree::bulk_load(pieces.collect());
         let mut ids: Vec<PointId> = borders.keys().copied().collect();
         ids.sort_unstable();
         let places = ids.into_iter().filter_map(|id| {
@@ -70,13 +101,13 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             let finite = place.x.is_finite() && place.y.is_finite();
             finite.then(|| GeomWithData::new([place.x, place.y], id))
         });
-        Self { tree: RTree::bulk_load(places.collect()), borders, map }
+        Self { tree: RTree::bulk_load(places.collect()), pieces, borders, map }
     }
 
     /// The vertices, clockwise, of a simple outline that covers all of the lanes: their end nodes, nodes of road borders along
     /// their edge and around the corners between them, and no others but where a lane would stick out. `None` if there is no such
     /// outline.
-    pub fn around(&self, lanes: &[usize]) -> Option<Vec<PointId>> {
+    pub fn around(&self, lanes: &[usize]) -> Option<Outline> {
         let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
         let edge = self.map.filled_union(&outlines)?;
         let edge = Polyline::new(edge.iter().chain(edge.first()).copied())?;
@@ -89,12 +120,17 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             let ring = in_order(vertices.clone(), &fixed)?;
             let out = self.sticking_out(lanes, &ring);
             if out.is_empty() {
-                return Some(self.around_corners(lanes, ids(&ring)));
+                return Some(self.finished(lanes, &ring, &edge));
             }
             vertices.extend(self.on_bounds(&out, &edge));
             let ring = in_order(vertices, &fixed)?;
-            self.sticking_out(lanes, &ring).is_empty().then(|| self.around_corners(lanes, ids(&ring)))
+            self.sticking_out(lanes, &ring).is_empty().then(|| self.finished(lanes, &ring, &edge))
         })
+    }
+
+    fn finished(&self, lanes: &[usize], ring: &[Vertex], edge: &Polyline) -> Outline {
+        let ring = self.without_pockets(lanes, self.around_corners(lanes, ids(ring)), edge);
+        self.with_corners(lanes, ring, edge)
     }
 
     /// The outline, with the road border in place of each straight line between two vertices that it links: where nobody turns,
@@ -188,18 +224,18 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         Some(leaves && line.length() <= LONGEST_BORDER * chord.length())
     }
 
-    fn place(&self, id: PointId) -> Option<Point> {
+    pub(super) fn place(&self, id: PointId) -> Option<Point> {
         Some(self.map.map.points.get(id)?.position)
     }
 
     /// The outline around some lanes and around those that lie inside it, on their level and in no other area; and all of them.
-    pub fn around_with_covered(&self, lanes: &[usize]) -> Option<(Vec<PointId>, Vec<usize>)> {
+    pub fn around_with_covered(&self, lanes: &[usize]) -> Option<(Outline, Vec<usize>)> {
         let mut all = lanes.to_vec();
         for _ in 0..MOST_ROUNDS {
-            let points = self.around(&all)?;
-            let covered = self.covered(&all, &points);
+            let outline = self.around(&all)?;
+            let covered = self.covered(&all, &outline);
             if covered.is_empty() {
-                return Some((points, all));
+                return Some((outline, all));
             }
             all.extend(covered);
             all.sort_unstable();
@@ -208,9 +244,13 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// Other lanes for vehicles, buses among them, inside an outline around some lanes.
-    fn covered(&self, lanes: &[usize], points: &[PointId]) -> Vec<usize> {
+    fn covered(&self, lanes: &[usize], outline: &Outline) -> Vec<usize> {
         let map = self.map;
-        let ring: Vec<Point> = points.iter().filter_map(|&id| self.place(id)).collect();
+        let mut ring: Vec<Point> = outline.points.iter().filter_map(|&id| self.place(id)).collect();
+        for corner in outline.corners.iter().rev() {
+            let at = corner.before.min(ring.len());
+            ring.splice(at..at, self.place_of_corner(corner));
+        }
         let [low, high] = super::extent(&ring);
         let height = lanes.iter().map(|&lane| map.lanes[lane].heights[0]).sum::<f64>() / lanes.len().max(1) as f64;
         let is_covered = |&at: &usize| {
@@ -270,7 +310,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         self.sticking_out_of(lanes, &ring.iter().map(|one| one.place).collect::<Vec<_>>())
     }
 
-    fn sticking_out_of(&self, lanes: &[usize], ring: &[Point]) -> Vec<usize> {
+    pub(super) fn sticking_out_of(&self, lanes: &[usize], ring: &[Point]) -> Vec<usize> {
         let sticks_out = |lane: &usize| {
             let lane = &self.map.lanes[*lane];
             polygon::common_area(&lane.outline, ring) < thresholds::COVER * lane.area

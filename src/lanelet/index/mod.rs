@@ -1,8 +1,10 @@
 //! The index of a map, built once for all rules: which lanes follow each other, share a way or conflict, where the intersections
 //! and their approaches are, on which side people drive.
 
+mod area_bays;
 mod area_doors;
 mod area_outline;
+mod area_pockets;
 mod conflict;
 pub mod drawn_centerline;
 mod driving_side;
@@ -25,7 +27,7 @@ mod user_names;
 pub mod view;
 
 pub use area_doors::{Door, lets_vehicles_in};
-pub use area_outline::AreaOutlines;
+pub use area_outline::{AreaOutlines, Corner, Outline};
 pub use conflict::{Reach, passing, reaches};
 pub use filled_unions::FilledUnions;
 pub use intersection::declared_area;

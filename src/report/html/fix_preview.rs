@@ -85,7 +85,9 @@ impl Causes {
                     reach(*element);
                     causes.makers.insert(i);
                 }
-                Edit::CreateRegulatoryElement { referrers: named, .. } | Edit::CreateArea { lanelets: named, .. } => {
+                Edit::CreateRegulatoryElement { referrers: named, .. }
+                | Edit::CreateMarking { lanelets: named, .. }
+                | Edit::CreateArea { lanelets: named, .. } => {
                     named.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
                     causes.makers.insert(i);
                 }

@@ -16,12 +16,20 @@ use super::holes::{Hole, Holes, is_covered};
 use super::params::{Params, subject};
 use super::street_ends::{is_alone, is_street, is_turning_place};
 
+/// How far apart two nodes are, metres, which lanes they keep apart, and where.
+struct Miss {
+    distance: f64,
+    /// Each pair of lanes, where one ends and another starts.
+    lanes: Vec<[usize; 2]>,
+    place: Point,
+}
+
 /// Lanes outside intersections that nearly continue each other. Those of intersections are the business of vm-03-04.
 pub struct Links<'m> {
     map: &'m MapIndex<'m>,
     near_miss: f64,
     /// Two nodes that should be one, with the lanes that they keep apart.
-    misses: BTreeMap<[PointId; 2], (f64, [usize; 2], Point)>,
+    misses: BTreeMap<[PointId; 2], Miss>,
     /// The length of a gap, the longest that is looked for there, and the lanes before and behind it.
     gaps: Vec<(f64, f64, usize, usize)>,
     head_on: Vec<(usize, usize, bool)>,
@@ -99,7 +107,8 @@ impl<'m> Links<'m> {
                 self.starts.insert(y);
                 for side in (0..2).filter(|&side| end.ids[side] != start.ids[side]) {
                     let [a, b] = [end.ids[side], start.ids[side]];
-                    self.misses.entry([a.min(b), a.max(b)]).or_insert((apart(side), [x, y], end.points[side]));
+                    let miss = || Miss { distance: apart(side), lanes: Vec::new(), place: end.points[side] };
+                    self.misses.entry([a.min(b), a.max(b)]).or_insert_with(miss).lanes.push([x, y]);
                 }
             }
         }
@@ -232,8 +241,10 @@ impl<'m> Links<'m> {
         let holes = std::mem::take(&mut self.holes);
         let name = |lane: usize| map.lanes[lane].id;
         let clusters = NodeClusters::of(map, self.misses.keys().copied(), near);
+        let clusters = clusters.between(self.misses.iter().map(|(pair, miss)| (*pair, miss.lanes.as_slice())));
         let told = self.misses.iter().filter(|(pair, _)| clusters.tells(**pair));
-        let misses = told.map(|([older, newer], (distance, [x, y], place))| {
+        let misses = told.filter_map(|([older, newer], Miss { distance, lanes, place })| {
+            let [x, y] = lanes.first()?;
             let (a, b) = (name(*x), name(*y));
             let message = format!("Nodes {older} and {newer} are {distance:.3} m apart; {a} and {b} do not connect.");
             let finding = Finding::new("near-miss", Subject::Point(newer.0), message)
@@ -242,7 +253,7 @@ impl<'m> Links<'m> {
                 .with(subject(map, *y), "starts here")
                 .measured(*distance, near, "m")
                 .at(Place::Point(*place));
-            clusters.made_one(finding, [*older, *newer])
+            Some(clusters.made_one(map, finding, [*older, *newer]))
         });
         let gaps = self.gaps.iter().map(|&(length, gap, x, y)| {
             let message = format!("Lane {} ends {length:.2} m before lane {} starts.", name(x), name(y));

@@ -100,7 +100,7 @@ fn ends(map: &MapIndex, bounds: &[&LineString]) -> Vec<Finding> {
             .with(Subject::LineString(x.0), "bound")
             .with(Subject::LineString(y.0), "bound");
         let finding = finding.at(place(map, *a).map_or(Place::Unknown, Place::Point));
-        let mut finding = clusters.made_one(finding, *pair);
+        let mut finding = clusters.made_one(map, finding, *pair);
         // Lanes may come to follow each other that did not.
         if let Some(fix) = &mut finding.fix {
             fix.safe = false;

@@ -16,7 +16,8 @@ use crate::rules::near_nodes::NodeClusters;
 /// Two nodes that nearly coincide, with the lanes that they keep apart.
 struct Miss {
     distance: f64,
-    lanes: [usize; 2],
+    /// Each pair of them, where one ends and another starts.
+    lanes: Vec<[usize; 2]>,
     place: Point,
 }
 
@@ -49,9 +50,9 @@ pub fn near_misses<'m>(map: &'m MapIndex<'m>, params: &Params) -> Misses<'m> {
             for side in 0..2 {
                 let [a, b] = [end.ids[side], start.ids[side]];
                 let distance = (end.points[side] - start.points[side]).norm();
-                let miss = Miss { distance, lanes: [x, y], place: end.points[side] };
                 if a != b {
-                    misses.pairs.entry([a.min(b), a.max(b)]).or_insert(miss);
+                    let miss = || Miss { distance, lanes: Vec::new(), place: end.points[side] };
+                    misses.pairs.entry([a.min(b), a.max(b)]).or_insert_with(miss).lanes.push([x, y]);
                 }
             }
         }
@@ -120,9 +121,10 @@ impl Misses<'_> {
     pub fn into_findings(self) -> Vec<Finding> {
         let map = self.map;
         let clusters = NodeClusters::of(map, self.pairs.keys().copied(), self.limit);
+        let clusters = clusters.between(self.pairs.iter().map(|(pair, miss)| (*pair, miss.lanes.as_slice())));
         let told = self.pairs.into_iter().filter(|(pair, _)| clusters.tells(*pair));
-        let findings = told.map(|([older, newer], miss)| {
-            let [a, b] = miss.lanes.map(|lane| map.lanes[lane].id);
+        let findings = told.filter_map(|([older, newer], miss)| {
+            let [a, b] = miss.lanes.first()?.map(|lane| map.lanes[lane].id);
             let message =
                 format!("Nodes {older} and {newer} are {:.3} m apart; {a} and {b} do not connect.", miss.distance);
             let finding = Finding::new("near-miss", Subject::Point(newer.0), message)
@@ -131,7 +133,7 @@ impl Misses<'_> {
                 .with(Subject::Lanelet(b.0), "starts here")
                 .measured(miss.distance, self.limit, "m")
                 .at(Place::Point(miss.place));
-            clusters.made_one(finding, [older, newer])
+            Some(clusters.made_one(map, finding, [older, newer]))
         });
         findings.collect()
     }
