@@ -13,7 +13,7 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 19] = [
+const PAGES: [(&str, &str); 20] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
@@ -29,6 +29,7 @@ const PAGES: [(&str, &str); 19] = [
     ("Architecture", "architecture.md"),
     ("Terms", "terms.md"),
     ("How fast it is", "benchmarks.md"),
+    ("How often a finding is right", "precision.md"),
     ("Adding a rule", "add_a_rule.md"),
     ("Adding an input format", "add_an_input_format.md"),
     ("Changes", "changelog.md"),

@@ -1,5 +1,6 @@
 //! Whether a lanelet uses its bounds in file order or inverted, as Lanelet2's `geometry::align` decides it on loading.
 
+use crate::geometry::simple_ring::crosses_itself;
 use crate::geometry::{Point, cross};
 use crate::lanelet::index::view::Spot;
 
@@ -76,6 +77,13 @@ fn side_in_space(line: &[Spot], p: Spot) -> f64 {
 pub fn opposed(left: &[Point], right: &[Point]) -> bool {
     let (Some((a, b)), Some((c, d))) = (ends(left), ends(right)) else { return false };
     (a - c).norm() + (b - d).norm() > (a - d).norm() + (b - c).norm()
+}
+
+/// Whether the outline of a lanelet crosses itself, and would not if one of its bounds were turned around.
+pub fn crosses_only_as_used(left: &[Point], right: &[Point]) -> bool {
+    let used: Vec<Point> = left.iter().chain(right.iter().rev()).copied().collect();
+    let turned: Vec<Point> = left.iter().chain(right).copied().collect();
+    crosses_itself(&used) && !crosses_itself(&turned)
 }
 
 fn ends(line: &[Point]) -> Option<(Point, Point)> {

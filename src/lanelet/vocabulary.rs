@@ -73,8 +73,13 @@ impl Index {
         if self.words.foreign.keys.iter().any(|foreign| foreign == said) {
             return None;
         }
-        let here = self.keys.iter().filter(|(_, at)| self.words.key.get(*at).is_some_and(|key| key.on.contains(&on)));
-        misspelt(said, here.map(|(name, _)| name.as_str()))
+        let is_here = |at: usize| self.words.key.get(at).is_some_and(|key| key.on.contains(&on));
+        let nearest = |here: bool| {
+            let keys = self.keys.iter().filter(|(_, at)| is_here(*at) == here);
+            misspelt(said, keys.map(|(name, _)| name.as_str()))
+        };
+        // Beside those of its own kind, what somebody wrote on the wrong kind of primitive.
+        nearest(true).or_else(|| nearest(false))
     }
 }
 
@@ -138,6 +143,7 @@ mod tests {
         assert_eq!(sub("traffic_sign", "stop_sgin"), Some(Slip::Value("stop_sign")));
         let lanelet = |key: &'static str, value: &'static str| slip_of(On::Lanelet, &[(key, value)], key);
         assert_eq!(lanelet("turn_directon", "left"), Some(Slip::Key("turn_direction")));
+        assert_eq!(lanelet("heigth", "1"), Some(Slip::Key("height")));
         assert_eq!(lanelet("participant_vehicle", "yes"), Some(Slip::Key("participant:vehicle")));
         assert_eq!(lanelet("subtype", "Road"), Some(Slip::Value("road")));
         assert_eq!(lanelet("one_way", "ture"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));

@@ -36,8 +36,9 @@ pub fn text(out: &mut dyn Write, report: &Report<'_>, next: &Next<'_>, style: Te
     writeln!(out, "{}: {}\n", visible(next.map), summary(found))?;
     let messages = found.iter().map(|one| (one.severity, one.code.as_str(), one.finding.message.as_str()));
     let mut groups = groups(messages, report.requirements);
-    let causes = causes(found, report.map);
-    // What follows from another finding is counted under it.
+    // What follows from another finding is counted under it, where that is shown.
+    let is_shown = |at: &usize| found[*at].severity >= report.show;
+    let causes: Vec<Option<usize>> = causes(found, report.map).into_iter().map(|one| one.filter(is_shown)).collect();
     groups.iter_mut().for_each(|group| group.members.retain(|&at| causes[at].is_none()));
     groups.retain(|group| !group.members.is_empty());
     let (shown, counted) = groups.split_at(groups.partition_point(|group| group.severity >= report.show));
@@ -85,11 +86,18 @@ fn entry(
     writeln!(out, "{} {times}{}", head(group, style), visible(&group.sentence))?;
     write_places(out, report, &members)?;
     let first = members[0];
-    let follow = causes.iter().flatten().filter(|cause| group.members.contains(cause)).count();
-    if follow > 0 {
-        let what =
-            if follow == 1 { "1 more finding follows".to_owned() } else { format!("{follow} more findings follow") };
-        writeln!(out, "  {} {what} from this", paint("36", "so:", style))?;
+    let follow =
+        causes.iter().zip(report.diagnostics).filter(|(cause, _)| cause.is_some_and(|at| group.members.contains(&at)));
+    let follow: Vec<Severity> = follow.map(|(_, one)| one.severity).collect();
+    if !follow.is_empty() {
+        let count = |severity| follow.iter().filter(|one| **one == severity).count();
+        let counts = [Severity::Error, Severity::Warning, Severity::Info].map(|severity| (count(severity), severity));
+        let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        let counts = counts.map(|(count, severity)| format!("{count} {severity}{}", plural(count)));
+        let counts: Vec<String> = counts.collect();
+        let verb = if follow.len() == 1 { "follows" } else { "follow" };
+        writeln!(out, "  {} {} more {verb} from this", paint("36", "so:", style), counts.join(", "))?;
     }
     if let Some(help) = &first.help {
         writeln!(out, "  {} {}", paint("36", "help:", style), visible(help))?;

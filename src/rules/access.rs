@@ -8,6 +8,7 @@ use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
 
 use super::NoParams;
+pub use not_road::meant_subtype;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = not_road::judge(map);

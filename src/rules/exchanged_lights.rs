@@ -3,10 +3,13 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector3;
+
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Polyline, Vector, segment_crossing};
+use crate::lanelet::Point as PlacedPoint;
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::index::view::{Spot, View, spot};
+use crate::lanelet::index::view::{Seen, Spot, View, spot};
 use crate::lanelet::{LaneletId, LineStringId, Member, RegulatoryElement, RegulatoryElementId, Target};
 
 use super::stop_line_crossings::lanes_that_stop;
@@ -55,6 +58,28 @@ impl Exchange {
     }
 }
 
+/// A stop line whose middle is this close (m) to an end of a lanelet lies at that end.
+const AT_END: f64 = 5.0;
+
+/// From left to right across a lanelet as its driver comes to a stop line: the end at which the line lies; where it lies at none, but crosses the
+/// lanelet, there, since a long one may turn far behind it; else the end that is nearer.
+pub fn edge_at(map: &MapIndex, seen: &Seen, line: [Spot; 2]) -> Option<Vector3<f64>> {
+    let middle = nalgebra::center(&line[0], &line[1]);
+    let far = |[a, b]: &[&PlacedPoint; 2]| (nalgebra::center(&spot(a), &spot(b)) - middle).norm();
+    let [start, end] = seen.ends()?;
+    let [a, b] = if far(&end) < far(&start) { end } else { start };
+    let edge = spot(b) - spot(a);
+    if far(&[a, b]) <= AT_END {
+        return Some(edge);
+    }
+    let [from, to] = line.map(|spot| Point::new(spot.x, spot.y));
+    let center = map.lane_of(seen.id()).and_then(|lane| lane.center.as_ref());
+    let mut steps = center.into_iter().flat_map(Polyline::segments);
+    let crossed = steps.find(|&(c, d)| segment_crossing(from, to, c, d).is_some());
+    let across = crossed.map(|(c, d)| Vector3::new(d.y - c.y, c.x - d.x, 0.0));
+    Some(across.unwrap_or(edge))
+}
+
 /// An element with where it is obeyed and where its lights look.
 struct Light<'m> {
     element: &'m RegulatoryElement,
@@ -78,13 +103,8 @@ impl<'m> Light<'m> {
         let line = view.points(view.lines(element, "ref_line").next()?);
         let middle = nalgebra::center(&flat(spot(line.first()?)), &flat(spot(line.last()?)));
         let seen = view.referrers(element.id).iter().map(|&at| &view.lanelets[at]);
-        let edge = seen.clone().find_map(|seen| {
-            let edges = seen.ends()?.map(|edge| edge.map(|point| flat(spot(point))));
-            let far = |[a, b]: &[Point; 2]| (nalgebra::center(a, b) - middle).norm();
-            let [start, end] = edges;
-            let [a, b] = if far(&end) < far(&start) { end } else { start };
-            Some(b - a)
-        })?;
+        let ends = [spot(line.first()?), spot(line.last()?)];
+        let edge = seen.clone().find_map(|seen| edge_at(map, seen, ends))?.xy();
         let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
         let bodies = bodies.filter_map(|body| {
             let points = view.points(body);

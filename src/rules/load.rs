@@ -257,7 +257,10 @@ fn broken_area(subject: Subject, fault: &RingFault) -> Finding {
 /// Bounds, each with whether it is turned around, that run against each other.
 fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, bool)) -> Finding {
     let turned = [left, right].into_iter().find(|(_, inverted)| *inverted).unwrap_or(left).0;
-    let message = format!("The loader turns bound {turned} of {subject} around, against its other bound.");
+    let message = match left.1 || right.1 {
+        true => format!("The loader turns bound {turned} of {subject} around, against its other bound."),
+        false => format!("The loader leaves bound {turned} of {subject} as it is drawn, against its other bound."),
+    };
     let finding = Finding::new("align", subject, message)
         .with(Subject::LineString(left.0), "left")
         .with(Subject::LineString(right.0), "right");

@@ -15,6 +15,17 @@ pub fn is_two_way(lanelet: &Lanelet) -> bool {
     matches!(lanelet.attributes.get("one_way"), Some("no" | "false" | "0"))
 }
 
+/// Whether a lane for both directions, driven backwards, leads on from the end of a lane, or else up to its start. That such a lane should
+/// be two is told of it, and not that a piece is missing.
+pub fn leads_on_backwards(map: &MapIndex, at: usize, end: bool) -> bool {
+    let lane = &map.lanes[at];
+    let lanes = match end {
+        true => map.ending_at(turned(lane.end.ids)),
+        false => map.starting_at(turned(lane.start.ids)),
+    };
+    lanes.iter().any(|&other| other != at && is_two_way(map.lanes[other].lanelet))
+}
+
 /// Where lanes begin and end, those for both directions at either end, and what lies beside each other.
 pub struct TwoWay<'m> {
     map: &'m MapIndex<'m>,

@@ -6,6 +6,7 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
 
+use super::access::meant_subtype;
 use super::{NoParams, lane_kinds};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 
@@ -14,7 +15,8 @@ const LANES: [&str; 4] = ["road", "road_shoulder", "pedestrian_lane", "bicycle_l
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let view = map.view();
     let graph = Graph::new(view, Rules::AnyLane);
-    let fits = |seen: &Seen| seen.tag("subtype").is_some_and(|subtype| LANES.contains(&subtype));
+    // What is a lane of a road but for its subtype is told of as that.
+    let fits = |seen: &Seen| LANES.contains(&meant_subtype(seen.lanelet));
     let mut said = FxHashSet::default();
     let mut findings = Vec::new();
     for (at, seen) in view.lanelets.iter().enumerate() {
@@ -23,7 +25,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
             if (fits(seen) && fits(neighbour)) || !said.insert((at.min(other), at.max(other))) {
                 continue;
             }
-            let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("nothing").to_owned();
+            let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("no subtype").to_owned();
             let (id, name) = (seen.id(), neighbour.id());
             let message =
                 format!("Lanelet {id} ({}) shares a border with lanelet {name} ({}).", kind(seen), kind(neighbour));

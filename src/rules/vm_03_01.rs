@@ -192,9 +192,9 @@ fn turn_without_area(
     })
 }
 
-/// Whether a lane is a bend or a straight of a road: none branches off beside it, and none joins it.
+/// Whether a lane is a bend or a straight of a road: none branches off beside it, and none joins it. A lane that is drawn twice is one.
 fn is_alone(map: &MapIndex, lane: usize) -> bool {
-    let only = |lanes: &[usize]| lanes.len() <= 1;
+    let only = |lanes: &[usize]| lanes.windows(2).all(|pair| map.lanes[pair[0]].bounds == map.lanes[pair[1]].bounds);
     let (before, behind) = (map.predecessors(lane), map.followers(lane));
     only(before)
         && only(behind)

@@ -7,10 +7,10 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::index::view::{Seen, View, spot};
-use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
+use crate::lanelet::index::view::spot;
+use crate::lanelet::{LineString, LineStringId};
 
-use super::exchanged_lights::{Exchange, FRONT, exchanges};
+use super::exchanged_lights::{Exchange, FRONT, edge_at, exchanges};
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;
@@ -29,7 +29,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let exchanges = exchanges(map);
     findings.extend(exchanges.iter().map(Exchange::finding));
     let exchanged = exchanges.iter().flat_map(|one| one.bodies.iter().copied()).collect();
-    findings.extend(facing(map.view(), &exchanged));
+    findings.extend(facing(map, &exchanged));
     findings
 }
 
@@ -85,12 +85,16 @@ impl Sight {
     }
 }
 
-/// Which way the lights hang, seen from where the lanelets that obey them start; those that are `exchanged` are told of already.
-fn facing(view: &View, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
+/// Which way the lights hang, seen from where the lanelets that obey them come to the stop line; those that are `exchanged` are told of already.
+fn facing(map: &MapIndex, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
+    let view = map.view();
     let mut findings = Vec::new();
     let mut seen_from: BTreeMap<LineStringId, Vec<Sight>> = BTreeMap::new();
     for light in view.elements("traffic_light") {
-        let mut edges = view.referrers(light.id).iter().filter_map(|&at| edge(view, light, &view.lanelets[at]));
+        let line = view.lines(light, "ref_line").next().map(|line| view.points(line)).unwrap_or_default();
+        let Some((a, b)) = line.first().zip(line.last()) else { continue };
+        let obey = view.referrers(light.id).iter().map(|&at| &view.lanelets[at]);
+        let mut edges = obey.filter_map(|seen| edge_at(map, seen, [spot(a), spot(b)]));
         let Some(first) = edges.next() else { continue };
         let astray = edges.filter(|other| cosine(first, *other).is_some_and(|cosine| cosine < TOGETHER)).count();
         let bodies = view.lines(light, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
@@ -133,14 +137,4 @@ fn facing(view: &View, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
 
 fn cosine(a: Vector3<f64>, b: Vector3<f64>) -> Option<f64> {
     Some(a.dot(&b) / (a.norm() * b.norm())).filter(|cosine| cosine.is_finite())
-}
-
-/// The end of a lanelet that is nearer to the stop line of a light, from left to right.
-fn edge(view: &View, light: &RegulatoryElement, seen: &Seen) -> Option<Vector3<f64>> {
-    let line = view.points(view.lines(light, "ref_line").next()?);
-    let middle = nalgebra::center(&spot(line.first()?), &spot(line.last()?));
-    let ends = seen.ends()?;
-    let far = |[a, b]: &[&Point; 2]| (nalgebra::center(&spot(a), &spot(b)) - middle).norm();
-    let [a, b] = if far(&ends[1]) < far(&ends[0]) { ends[1] } else { ends[0] };
-    Some(spot(b) - spot(a))
 }

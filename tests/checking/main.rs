@@ -13,6 +13,7 @@ mod divided_lanelets;
 mod divided_maps;
 mod driving_side;
 mod element_extents;
+mod false_alarms;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;
 mod first_screen;

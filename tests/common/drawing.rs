@@ -25,9 +25,13 @@ impl Drawing {
         self.members(id, &members, tags);
     }
 
-    /// A relation of nodes (`n`) and ways (`w`), each with its role.
+    /// A relation of nodes (`n`), ways (`w`) and relations (`r`), each with its role.
     pub fn members(&mut self, id: impl Display, members: &[(&str, char, i64)], tags: &str) {
-        let kind = |kind: char| if kind == 'n' { "node" } else { "way" };
+        let kind = |kind: char| match kind {
+            'n' => "node",
+            'r' => "relation",
+            _ => "way",
+        };
         let member =
             |(role, k, id): &(&str, char, i64)| format!("<member type='{}' role='{role}' ref='{id}'/>", kind(*k));
         let members: String = members.iter().map(member).collect();

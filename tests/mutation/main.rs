@@ -14,6 +14,7 @@ mod common;
 mod control;
 mod deleted_lanes;
 mod draft;
+mod exchanged_lights;
 mod fix_rate;
 mod health;
 mod lanelets;

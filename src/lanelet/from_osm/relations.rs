@@ -3,7 +3,7 @@
 
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
-use crate::lanelet::align::{align, opposed};
+use crate::lanelet::align::{align, crosses_only_as_used, opposed};
 use crate::lanelet::element_roles::{is_sign, role_limits};
 use crate::lanelet::vocabulary;
 use crate::lanelet::{
@@ -125,7 +125,9 @@ impl Loader<'_> {
         if right_inverted {
             right_line.reverse();
         }
-        if opposed(&left_line, &right_line) {
+        // Bounds that both stay or both turn run as they were drawn, be it as those of a tight turn around.
+        let runs_as_drawn = left_inverted == right_inverted && !crosses_only_as_used(&left_line, &right_line);
+        if opposed(&left_line, &right_line) && !runs_as_drawn {
             let condition =
                 Condition::BoundsOpposed { left: (left.0, left_inverted), right: (right.0, right_inverted) };
             self.fault(subject, &relation.span, condition);

@@ -18,6 +18,8 @@ pub const JOINING: f64 = 30.0;
 const ASIDE: f64 = 1.0;
 /// Ends of lanes that have corners this close (m) lie beside each other, though their bounds are not shared.
 const BESIDE: f64 = 0.5;
+/// A lane that starts with both corners this close (m) to the end of another continues it, though on nodes of its own.
+const CONTINUING: f64 = 1.0;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
 /// A lane that starts at the stop line of its light may be this long (m): as wide are the largest intersections.
@@ -200,7 +202,9 @@ impl MapIndex<'_> {
 
     /// Whether two lanes that overlap come from different approaches: they cross, join, or lead against each other.
     fn meet(&self, x: usize, conflict: &Conflict) -> bool {
-        self.cross(x, conflict) || lead_head_on(&self.lanes[x], &self.lanes[conflict.other])
+        let [one, other] = [x, conflict.other].map(|lane| &self.lanes[lane]);
+        let is_one_road = nearly_continue(one, other) || nearly_continue(other, one);
+        !is_one_road && (self.cross(x, conflict) || lead_head_on(one, other))
     }
 
     /// Whether two lanes lead to the same lane, or to lanes side by side of one carriageway.
@@ -228,7 +232,9 @@ impl MapIndex<'_> {
         // Who turns off over the lane beside his own crosses it; lanes that go on along each other only change places.
         let last = apart(a.heading_out(), b.heading_out());
         let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
-        is_across(crossing, ALONG) || is_across(first, JOINING) || is_parting
+        // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand.
+        let is_oncoming = crossing > 180.0 - ALONG;
+        is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting
     }
 
     /// Whether a light, or a stop or give-way sign before it, says when who drives here may go.
@@ -328,6 +334,14 @@ impl MapIndex<'_> {
         let is_beside = |other: &Lane| end.touches(&other.end) || start.touches(&other.start);
         conflicts.any(|one| !is_beside(&self.lanes[one.other]) && self.meet(lane, one) && level(one.other))
     }
+}
+
+/// Whether a lane starts where another ends and goes on in its direction, be it on other nodes: pieces of one road that nobody joined.
+fn nearly_continue(lane: &Lane, next: &Lane) -> bool {
+    let ends = lane.end.points.iter().zip(&next.start.points);
+    let turn = lane.heading_out().zip(next.heading_in()).map(|(out, into)| angle_between(out, into));
+    ends.map(|(a, b)| (a - b).norm()).all(|apart| apart <= CONTINUING)
+        && turn.is_some_and(|turn| turn.abs().to_degrees() < ALONG)
 }
 
 /// Whether one of two lanes starts where the other ends, against it, and their other ends lie apart: a road for both directions becomes

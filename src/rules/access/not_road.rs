@@ -6,7 +6,7 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::{number, speed_with_unit};
 use crate::lanelet::participants::{may_enter, names_anybody};
-use crate::lanelet::vocabulary::{On, lanelet_subtypes, slip};
+use crate::lanelet::vocabulary::{On, Slip, lanelet_subtypes, slip};
 use crate::lanelet::{Attributes, Lanelet};
 use crate::rules::lane_kinds::renaming;
 use crate::text::counted;
@@ -50,6 +50,17 @@ fn should_be_road(lanelet: &Lanelet) -> bool {
         return false;
     }
     !names_anybody(tags) || may_enter(tags, "vehicle") || may_enter(tags, "vehicle:car")
+}
+
+/// The subtype that a lanelet should have by what this rule and the rule of misspelt tags say of it; else the one that it has.
+pub fn meant_subtype(lanelet: &Lanelet) -> &str {
+    let tags = &lanelet.attributes;
+    let subtype = tags.get("subtype").unwrap_or_default();
+    match slip(On::Lanelet, tags, "subtype", subtype) {
+        Some(Slip::Value(meant)) => meant,
+        _ if should_be_road(lanelet) => "road",
+        _ => subtype,
+    }
 }
 
 fn told(map: &MapIndex, subtype: &str, group: &[usize]) -> Finding {

@@ -5,6 +5,7 @@ use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::{Edge, MapIndex};
 use crate::rules::map_border::border;
 use crate::rules::routing_moves::RoutingMoves;
+use crate::rules::two_way::leads_on_backwards;
 
 use super::links::Links;
 use super::params::{Params, subject};
@@ -22,6 +23,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
         }
         if !links.ends.contains(&at)
             && map.followers(at).is_empty()
+            && !leads_on_backwards(map, at, true)
             && !into_areas.contains(&at)
             && inside(&lane.end)
             && goes_on(map, params, at, true)
@@ -33,6 +35,7 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
         }
         if !links.starts.contains(&at)
             && map.predecessors(at).is_empty()
+            && !leads_on_backwards(map, at, false)
             && !out_of_areas.contains(&at)
             && inside(&lane.start)
             && goes_on(map, params, at, false)

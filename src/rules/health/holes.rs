@@ -63,6 +63,8 @@ pub struct Holes<'m> {
     used: FxHashSet<[LineStringId; 2]>,
     /// Lines that bound a lanelet.
     bounds: FxHashSet<LineStringId>,
+    /// Lines that are both bounds of a lanelet, whose other bound is what is missing.
+    both: FxHashSet<LineStringId>,
 }
 
 impl<'m> Holes<'m> {
@@ -89,6 +91,7 @@ impl<'m> Holes<'m> {
             by_end,
             used: lanelets().map(|[a, b]| [a.min(b), a.max(b)]).collect(),
             bounds: lanelets().flatten().collect(),
+            both: lanelets().filter(|[a, b]| a == b).flatten().collect(),
         }
     }
 
@@ -141,6 +144,9 @@ impl<'m> Holes<'m> {
         };
         let lines = [a.line, b.line];
         if a.line == b.line || a.end == b.end || self.used.contains(&[a.line.min(b.line), a.line.max(b.line)]) {
+            return None;
+        }
+        if lines.iter().any(|line| self.both.contains(line)) {
             return None;
         }
         let ids = [a.end, b.end];

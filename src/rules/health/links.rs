@@ -11,6 +11,7 @@ use crate::lanelet::{LaneletId, PointId};
 use crate::rules::crowd;
 use crate::rules::near_nodes::NodeClusters;
 use crate::rules::routing_moves::RoutingMoves;
+use crate::rules::two_way::leads_on_backwards;
 
 use super::holes::{Hole, Holes, is_covered};
 use super::params::{Params, subject};
@@ -124,7 +125,7 @@ impl<'m> Links<'m> {
                     true => (map.lanes[at].start, map.predecessors(at)),
                     false => (map.lanes[at].end, map.followers(at)),
                 };
-                if next.is_empty() {
+                if next.is_empty() && !leads_on_backwards(map, at, !start) {
                     open.entry(edge.ids).or_default().push(at);
                 }
             }
@@ -152,12 +153,13 @@ impl<'m> Links<'m> {
     fn find_gaps(&mut self, params: &Params) {
         let map = self.map;
         for y in self.lanes().filter(|&y| map.predecessors(y).is_empty()) {
-            if self.starts.contains(&y) {
+            if self.starts.contains(&y) || leads_on_backwards(map, y, false) {
                 continue;
             }
             let start = map.lanes[y].start;
             let before = self.ending_near(params, y, params.gap);
-            let open = before.into_iter().filter(|x| map.followers(*x).is_empty() && !self.ends.contains(x));
+            let is_loose = |x: &usize| map.followers(*x).is_empty() && !leads_on_backwards(map, *x, true);
+            let open = before.into_iter().filter(|x| is_loose(x) && !self.ends.contains(x));
             let ahead = |x: usize| -> Option<f64> {
                 let (end, heading) = (map.lanes[x].end, map.lanes[x].heading_out()?);
                 let way = start.middle() - end.middle();
@@ -187,6 +189,7 @@ impl<'m> Links<'m> {
         let is_loose = |at: usize, end: bool| {
             let next = if end { map.followers(at) } else { map.predecessors(at) };
             next.is_empty()
+                && !leads_on_backwards(map, at, end)
                 && is_street(map, at)
                 && !loose(end).contains(&map.lanes[at].id.0)
                 && is_alone(moves, at)

@@ -21,7 +21,12 @@ const MOST_PIECES: usize = 8;
 pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves) -> Vec<Finding> {
     let streets = (0..map.lanes.len()).filter(|&at| {
         let lane = &map.lanes[at];
-        lane.kind == RoadType::Road && lane.is_for_cars() && !(map.has_area(at) && map.movement(at).is_some())
+        // A lane with one way on both sides is told of by vm-01-05.
+        let [left, right] = lane.bounds;
+        left != right
+            && lane.kind == RoadType::Road
+            && lane.is_for_cars()
+            && !(map.has_area(at) && map.movement(at).is_some())
     });
     streets.filter_map(|at| too_narrow(map, params, moves, at)).collect()
 }

@@ -5,8 +5,8 @@ mod params;
 mod signal;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline, Vector, polygon};
-use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
+use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
+use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic, U_TURN};
 use crate::lanelet::{PointId, RoadType};
 
 use connection::NearContinuations;
@@ -165,7 +165,16 @@ fn has_other_sign(map: &MapIndex, arm: &Arm) -> bool {
     lanes.any(|lane| map.elements(map.lanes[lane].id, "traffic_sign").any(|sign| !map.ranks(sign)))
 }
 
-/// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement.
+/// Whether a vehicle would turn around to leave by an approach: the two are the carriageways of one road.
+fn leads_back(map: &MapIndex, from: &Arm, to: &Arm) -> bool {
+    let mut out = to.edges.iter().filter(|edge| !edge.inward).flat_map(|edge| &edge.lanes);
+    let out = out.find_map(|&lane| map.lanes[lane].heading_out());
+    let turn = from.heading_in.zip(out).map(|(before, behind)| angle_between(before, behind));
+    turn.is_some_and(|turn| turn.abs().to_degrees() > U_TURN)
+}
+
+/// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement, or the
+/// vehicle would turn around.
 fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
     let arms = &intersection.arms;
@@ -183,7 +192,8 @@ fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traf
         // A sign that is no stop sign may be why there is only one way to go.
         let signed = (0..arms.len()).filter(|&to| leads_to(to)).count() <= 1 && has_other_sign(map, &arms[from]);
         for to in (0..arms.len()).filter(|&arm| arm != from && leads(arm, false)) {
-            if leads_to(to) || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
+            let is_settled = leads_to(to) || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]);
+            if is_settled || leads_back(map, &arms[from], &arms[to]) {
                 continue;
             }
             let [a, b] = [(from, true), (to, false)].map(|(arm, inward)| map.approach_name(intersection, arm, inward));
