@@ -81,6 +81,17 @@ fn an_area_gets_corners_where_the_bounds_have_no_nodes() {
 }
 
 #[test]
+fn a_lanelet_in_an_intersection_that_touches_nothing_is_removed_with_a_look() {
+    let (mut sheet, _) = crossing(&ROUND);
+    let ends = sheet.nodes([[-6.0, 1.5], [6.0, 1.5], [-6.0, -1.5], [6.0, -1.5]]);
+    let stray = sheet.road(&ends[..2], &ends[2..], "turn_direction=straight");
+    let mended = mended(sheet.drawing.data());
+    assert!(mended.osm.relation(stray).is_none(), "{:?}", mended.refused);
+    let removed = mended.done.iter().find(|mend| mend.subject == Subject::Lanelet(stray));
+    assert_eq!(removed.unwrap().code, "vm-03-04/dangling-il");
+}
+
+#[test]
 fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
     let mut sheet = Sheet::default();
     let west = sheet.nodes([[-60.0, 2.0], [-60.0, -2.0]]);

@@ -163,9 +163,29 @@ pub fn dangling(map: &MapIndex, params: &Params, misses: &Misses) -> Vec<Finding
         let finding = finding.at(Place::Line(edge.points.to_vec()));
         let finding = if inside { finding.graded(Severity::Error) } else { finding };
         let turned = before && after && edges.would_connect(map, lane);
-        findings.push(if turned { turned_around(map, finding, lane) } else { finding });
+        findings.push(match turned {
+            true => turned_around(map, finding, lane),
+            false if before && after && is_stray(map, lane) => {
+                let edits = vec![Edit::Remove { subject: finding.subject }];
+                finding.fixed_by("remove the lanelet, which touches nothing", false, edits)
+            }
+            false => finding,
+        });
     }
     findings
+}
+
+/// Whether no other lane has a node or a bound of a lane, and no regulatory element rules it.
+fn is_stray(map: &MapIndex, lane: usize) -> bool {
+    let nodes = |lane: usize| {
+        let lines = map.lanes[lane].bounds.into_iter().filter_map(|way| map.map.linestrings.get(way));
+        lines.flat_map(|line| line.points.iter().copied())
+    };
+    let own: FxHashSet<PointId> = nodes(lane).collect();
+    let [low, high] = map.lanes[lane].extent;
+    let touches = |other: usize| nodes(other).any(|node| own.contains(&node));
+    map.lanes[lane].lanelet.regulatory_elements.is_empty()
+        && map.lanes_near(low, high).into_iter().all(|other| other == lane || !touches(other))
 }
 
 /// The points, left and right, where lanes start and where they end.
