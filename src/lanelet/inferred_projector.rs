@@ -130,6 +130,9 @@ fn crossed_squares(osm: &OsmData, places: &[Option<LonLat>]) -> Option<(Vec<Mgrs
     Some((counted.into_iter().map(|(_, square)| square).collect(), extent))
 }
 
+/// No coordinate or height is larger than this (m), ten times the Earth's girth: what is reckoned from such numbers would be none.
+pub(super) const FARTHEST: f64 = 4e8;
+
 /// Where the nodes lie, in metres, if their latitudes and longitudes are metres: those of most of them are not on Earth, or the nodes
 /// of a way would lie kilometres apart.
 pub(super) fn written_metres(osm: &OsmData) -> Option<Vec<PlanePoint>> {
@@ -152,6 +155,7 @@ pub(super) fn written_metres(osm: &OsmData) -> Option<Vec<PlanePoint>> {
     }
     let place = |node: &crate::osm::Node| {
         let written = node.position.map(|place| [place.lat, place.lon]).or_else(|| off_earth.get(&node.id).copied());
+        let written = written.filter(|metres| metres.iter().all(|number| number.abs() <= FARTHEST));
         written.map_or_else(PlanePoint::origin, |[north, east]| PlanePoint::new(east, north))
     };
     Some(osm.nodes.iter().map(place).collect())

@@ -3,6 +3,8 @@
 use crate::geometry::{Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex};
 
+use super::crowd;
+
 /// Two headings are opposite if the cosine of the angle between them is below this: 150 degrees and more.
 const AGAINST: f64 = -0.866;
 
@@ -45,7 +47,8 @@ pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
         let may_oppose =
             |other: &usize| headings[at].zip(headings[*other]).is_none_or(|(mine, theirs)| mine.may_oppose(theirs));
         let others = others.filter(may_oppose);
-        found.extend(others.filter_map(|other| judge(map, at, other)));
+        // Where more lie on it, vm-07-08 says so.
+        found.extend(others.filter_map(|other| judge(map, at, other)).take(crowd::MOST));
     }
     found
 }

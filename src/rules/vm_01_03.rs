@@ -14,7 +14,7 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::parallel_bounds::{Border, on_two_levels};
-use super::{divided_lanelets, merged_borders, vm_01_02};
+use super::{crowd, divided_lanelets, merged_borders, vm_01_02};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -132,14 +132,25 @@ fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) ->
     }
     let margin = Vector::repeat(params.gap_most);
     let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
-    let beside = near.filter(|&other| {
-        let is_candidate = other != at
+    let candidates = near.filter(|&other| {
+        other != at
             && !borders[other].is_empty()
             && !are_related(map, at, other)
-            && run_along(map, borders, params, [at, other]);
-        is_candidate && lie_apart(params, lane, &map.lanes[other])
+            && run_along(map, borders, params, [at, other])
     });
-    beside.collect()
+    let (mut beside, mut on_it) = (Vec::new(), 0);
+    for other in candidates {
+        if lie_apart(params, lane, &map.lanes[other]) {
+            beside.push(other);
+        } else {
+            on_it += 1;
+        }
+        // Where more lie on it, nothing lies beside it, and vm-07-08 says so.
+        if on_it == crowd::MOST {
+            break;
+        }
+    }
+    beside
 }
 
 /// Whether two lanes share a bound, follow each other, lie on two levels, are a road and a strip at its side, or belong to one

@@ -202,6 +202,12 @@ fn is_alone(map: &MapIndex, lane: usize) -> bool {
         && behind.iter().all(|&behind| only(map.predecessors(behind)))
 }
 
+/// Whether so many lanelets meet that no area is drawn around them: that would take long, and be no intersection.
+fn is_too_large(intersection: &Unmarked) -> bool {
+    const MOST_LANES: usize = 240;
+    intersection.lanes.len() > MOST_LANES
+}
+
 /// The intersections without an area, each with what marks it.
 struct UnmarkedIntersections<'i, 'm> {
     map: &'i MapIndex<'m>,
@@ -216,6 +222,9 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let by_lane = members.collect();
         let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
         let fix = |one: &Unmarked| {
+            if is_too_large(one) {
+                return None;
+            }
             // What is not divided yet lies outside of any area.
             if let Some(division) = far_lanes::division(map, one) {
                 return division;
@@ -245,8 +254,9 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let [first, rest @ ..] = &ids[..] else { return None };
         let ground = if intersection.private { " on private ground" } else { "" };
         let message = format!(
-            "{} lanelets cross or join{ground}, among them {first}, without turn_direction and intersection_area.",
-            ids.len()
+            "{} lanelets cross or join{ground}, among them {first}, without turn_direction and intersection_area{}.",
+            ids.len(),
+            if is_too_large(intersection) { ": too many for an area that a machine draws" } else { "" }
         );
         let finding = Finding::new("unmarked", Subject::Lanelet(*first), message).at(Place::Point(intersection.middle));
         let finding = rest.iter().fold(finding, |finding, &id| finding.with(Subject::Lanelet(id), "lanelet"));

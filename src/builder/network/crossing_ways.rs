@@ -1,6 +1,8 @@
 //! Cuts ways where they cross each other on one level without a common node: on the ground their traffic meets there, and nobody turns;
 //! where roads of their kind do not meet, one of them passes above the other.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -14,6 +16,25 @@ use super::assumed_bridges::{Bridges, WayCrossing, is_needed, stations};
 use super::same_place::SAME_PLACE;
 use super::way_pieces::WayPiece;
 use super::{Intersection, Road, TurnRestriction};
+
+/// A way with more crossings without a node than these ...
+const MOST_CROSSINGS: usize = 12;
+/// ... that are closer to each other than this (m) was drawn or converted wrongly: no streets cross so often.
+const LEAST_BLOCK: f64 = 20.0;
+
+/// Whether a way of some length (m) has so many crossings without a node that it is not cut there.
+pub(super) fn too_many_crossings(count: usize, length: f64) -> bool {
+    count > MOST_CROSSINGS && length < count as f64 * LEAST_BLOCK
+}
+
+/// Says that a way is not cut where it crosses others, or itself.
+pub(super) fn left_uncut(way: i64, count: usize, what: &str) -> Finding {
+    let message = format!(
+        "way {way} crosses {what} {count} times without a common node, on a few metres each: too many for a road; it is not cut \
+         there"
+    );
+    Finding::new("too-many-crossings", Subject::Way(way), message).graded(Severity::Warning)
+}
 
 /// A segment of a piece.
 #[derive(Clone, Copy)]
@@ -52,6 +73,7 @@ pub(super) fn cut_at_crossings(
     let mut found = crossings(&pieces, ways, positions);
     let id = |segment: &Segment| ways[pieces[segment.piece].way].way.id;
     found.sort_by_key(|crossing| (crossing.segments.map(|segment| id(&segment)), crossing.node));
+    leave_out_crowded(&mut found, &pieces, ways, positions, notes);
     let places = |crossing: &Crossing| {
         let [a, b] = crossing.segments.map(|Segment { ends: [from, to], .. }| (to - from).normalize());
         let places = crossing.segments.map(|segment| segment.place_on(&pieces, positions, crossing.place));
@@ -97,6 +119,34 @@ pub(super) fn cut_at_crossings(
     };
     let parts = pieces.into_iter().enumerate().flat_map(cut).collect();
     (parts, found.into_iter().map(|crossing| crossing.node).collect())
+}
+
+/// Leaves out the crossings of ways that have too many.
+fn leave_out_crowded(
+    found: &mut Vec<Crossing>,
+    pieces: &[WayPiece],
+    ways: &[Drivable<'_>],
+    positions: &FxHashMap<i64, Point>,
+    notes: &mut Vec<Finding>,
+) {
+    let of = |segment: &Segment| pieces[segment.piece].way;
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    found
+        .iter()
+        .flat_map(|crossing| &crossing.segments)
+        .for_each(|segment| *counts.entry(of(segment)).or_default() += 1);
+    counts.retain(|_, count| *count > MOST_CROSSINGS);
+    if counts.is_empty() {
+        return;
+    }
+    let mut lengths: FxHashMap<usize, f64> = FxHashMap::default();
+    for piece in pieces.iter().filter(|piece| counts.contains_key(&piece.way)) {
+        let length = stations(piece, positions).last().copied().unwrap_or_default();
+        *lengths.entry(piece.way).or_default() += length;
+    }
+    counts.retain(|way, count| too_many_crossings(*count, lengths.get(way).copied().unwrap_or_default()));
+    found.retain(|crossing| !crossing.segments.iter().any(|segment| counts.contains_key(&of(segment))));
+    notes.extend(counts.into_iter().map(|(way, count)| left_uncut(ways[way].way.id, count, "others")));
 }
 
 /// Where pieces of different ways cross, on one level or not, away from their nodes.

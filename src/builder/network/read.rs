@@ -111,7 +111,7 @@ pub fn road_network(
         let ways = &drivable[..barriers.ways()];
         let mut positions = small_rings::widened(ways, positions(ids, to_metres(&places)), &mut notes);
         let pieces = pieces(ways, barriers.nodes(), &positions, &mut notes);
-        let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions);
+        let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions, &mut notes);
         let (pieces, mut crossed) = cut_at_crossings(pieces, &drivable, &mut positions, &mut notes);
         crossed.sort_unstable();
         let mut pieces = barriers.part(pieces, &drivable, &mut positions, &mut notes);

@@ -3,10 +3,12 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::ids::Key;
+use crate::diagnostic::Finding;
 use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, angle_between, segment_crossing};
 
 use super::access::Drivable;
+use super::crossing_ways::{left_uncut, too_many_crossings};
 use super::same_place::SAME_PLACE;
 use super::way_pieces::WayPiece;
 
@@ -18,11 +20,17 @@ pub(super) fn cut_at_self_crossings(
     pieces: Vec<WayPiece>,
     ways: &[Drivable<'_>],
     positions: &mut FxHashMap<i64, Point>,
+    notes: &mut Vec<Finding>,
 ) -> Vec<WayPiece> {
     let cut = |piece: WayPiece| {
         let places: Vec<Point> = piece.nodes.iter().map(|id| positions[id]).collect();
         let crossings = if turns_round(&places) { self_crossings(&places) } else { Vec::new() };
         if crossings.is_empty() {
+            return vec![piece];
+        }
+        let length = places.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+        if too_many_crossings(crossings.len(), length) {
+            notes.push(left_uncut(ways[piece.way].way.id, crossings.len(), "itself"));
             return vec![piece];
         }
         let mut cuts: Vec<(usize, f64, i64)> = Vec::new();

@@ -7,7 +7,7 @@ use crate::osm::{ElementKind, Node, OsmData, Text};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
 use super::Loader;
-use crate::lanelet::inferred_projector::written_metres;
+use crate::lanelet::inferred_projector::{FARTHEST, written_metres};
 
 /// `local_x` and `local_y` have four decimals at best and come from editors with projections of their own; what is
 /// farther from latitude and longitude than this (metres) is another place.
@@ -33,7 +33,7 @@ fn number(node: &Node, key: &str) -> Number {
     match node.tags.get(key) {
         None => Number::Absent,
         Some(text) => match text.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Number::Is(value),
+            Ok(value) if value.abs() <= FARTHEST => Number::Is(value),
             _ => Number::Bad,
         },
     }

@@ -96,6 +96,7 @@ impl<'m> MapIndex<'m> {
             faults,
             settings,
             on_roundabout: lanes.iter().map(|_| Default::default()).collect(),
+            ends_on_roundabout: lanes.iter().map(|_| Default::default()).collect(),
             lanes,
             conflicts,
             intersections,

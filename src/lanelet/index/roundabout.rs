@@ -42,6 +42,10 @@ impl MapIndex<'_> {
     /// Whether a lane starts on a roundabout and whether it ends there. A lane beside one that leads around the island is part of the
     /// roundabout, too, though it may lead only to the next exit.
     fn ends_on_roundabout(&self, lane: usize) -> [bool; 2] {
+        *self.ends_on_roundabout[lane].get_or_init(|| self.look_for_roundabout(lane))
+    }
+
+    fn look_for_roundabout(&self, lane: usize) -> [bool; 2] {
         let leads_around = |lane: usize| *self.on_roundabout[lane].get_or_init(|| self.leads_around_island(lane));
         let circulates = |&lane: &usize| self.carriageway(&[lane]).into_iter().any(leads_around);
         if circulates(&lane) {

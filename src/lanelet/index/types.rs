@@ -56,6 +56,8 @@ pub struct MapIndex<'m> {
     pub(super) stop_lines: StopLines,
     /// For each lane whether it runs around a roundabout, once that was asked.
     pub(super) on_roundabout: Vec<OnceLock<bool>>,
+    /// Whether each lane starts on a roundabout and whether it ends there, found when it is first asked for.
+    pub(super) ends_on_roundabout: Vec<OnceLock<[bool; 2]>>,
     pub(super) tree: LaneTree,
     pub(super) by_id: FxHashMap<LaneletId, usize>,
     pub(super) starting: FxHashMap<[PointId; 2], Vec<usize>>,

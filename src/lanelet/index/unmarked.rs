@@ -279,7 +279,11 @@ impl MapIndex<'_> {
 
     /// The lanes that start on the carriageway of a lane: behind the lanes before it, and behind those side by side with them.
     fn followers_of_carriageway(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
-        self.carriageway(self.predecessors(lane)).into_iter().flat_map(|one| self.followers(one)).copied()
+        // Those that end together have the same followers.
+        let mut ends: FxHashSet<[PointId; 2]> = FxHashSet::default();
+        let mut before = self.carriageway(self.predecessors(lane));
+        before.retain(|&one| ends.insert(self.lanes[one].end.ids));
+        before.into_iter().flat_map(|one| self.followers(one)).copied()
     }
 
     /// Some lanes of a carriageway, and those side by side with them.

@@ -44,6 +44,9 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "nearly joined", size: 200, draw: nearly_joined },
     Kind { name: "nodes at one place", size: 200, draw: nodes_at_one_place },
     Kind { name: "mutual yields", size: 60, draw: mutual_yields },
+    Kind { name: "hub", size: 100, draw: hub },
+    Kind { name: "heap", size: 150, draw: heap },
+    Kind { name: "both directions", size: 150, draw: both_directions },
 ];
 
 const THIN: &[(&str, &str)] = &[("type", "line_thin"), ("subtype", "solid")];
@@ -463,5 +466,40 @@ fn mutual_yields(out: &mut Sketch, size: usize) {
         members
             .extend(lanelets.iter().filter(|&&other| other != id).take(i).map(|&other| ("relation", "yield", other)));
         rule(out, "right_of_way", &members);
+    }
+}
+
+/// Lanelets that end at one place where as many begin.
+fn hub(out: &mut Sketch, size: usize) {
+    let middle = [out.node((0.0, 1.5)), out.node((0.0, -1.5))];
+    for i in 0..size {
+        let aside = TAU / 4.0 * ((i as f64 + 0.5) / size as f64 - 0.5);
+        for (angle, is_coming) in [(aside + TAU / 2.0, true), (aside, false)] {
+            let (east, north) = around(angle, 60.0);
+            let ends = [out.node((east, north + 1.5)), out.node((east, north - 1.5))];
+            let nodes = |side: usize| if is_coming { [ends[side], middle[side]] } else { [middle[side], ends[side]] };
+            let ways = [0, 1].map(|side| out.way(&nodes(side), THIN));
+            between(out, ways[0], ways[1], &[]);
+        }
+    }
+}
+
+/// Lanelets that lie over each other in all directions.
+fn heap(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let (angle, from) = (i as f64 * 2.399_963, around(i as f64, 15.0 * (i as f64 / size as f64).sqrt()));
+        let (east, north) = around(angle, 20.0);
+        straight(out, (from.0 - east, from.1 - north), (from.0 + east, from.1 + north), &[]);
+    }
+}
+
+/// Lanelets for both directions that lie on each other.
+fn both_directions(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let y = 0.02 * i as f64;
+        let [left, right] = [1.5, -1.5].map(|side| out.line(&[(0.0, y + side), (40.0, y + side)], BORDER));
+        let tags: Vec<_> =
+            ROAD.iter().map(|&(key, value)| (key, if key == "one_way" { "no" } else { value })).collect();
+        out.relation(&[("way", "left", left), ("way", "right", right)], &tags);
     }
 }

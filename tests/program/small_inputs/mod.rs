@@ -216,4 +216,48 @@ fn what_is_too_many_to_compare_is_said() {
     let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
     let said = format!("{}{}", run.stdout, run.stderr);
     assert!(said.contains("24 roads meet at node 1: too many"), "{said}");
+    for (kind, size, way) in [("tangle", 60, "crosses itself"), ("crossing without nodes", 40, "crosses others")] {
+        let dir = drawn([streets::KINDS, streets::STEEP], kind, size);
+        let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
+        let said = format!("{}{}", run.stdout, run.stderr);
+        assert!(said.contains(way) && said.contains("too many for a road; it is not cut there"), "{said}");
+    }
+    let dir = drawn([maps::KINDS, maps::STEEP], "heap", 250);
+    let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
+    assert!(run.stdout.contains("too many for an area that a machine draws"), "{}", run.stdout);
+}
+
+/// What would be no number once it is squared is none at all.
+#[test]
+fn numbers_beyond_the_earth_are_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let map = |lat: &str, ele: &str| {
+        let node =
+            |id: i64| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"1e3{id}\"><tag k=\"ele\" v=\"{ele}\"/></node>");
+        let nodes: String = (1..5).map(node).collect();
+        let ways = [(10, 1, 2), (11, 3, 4)]
+            .map(|(id, a, b)| format!("<way id=\"{id}\"><nd ref=\"{a}\"/><nd ref=\"{b}\"/></way>"));
+        let members = "<member type=\"way\" role=\"left\" ref=\"10\"/><member type=\"way\" role=\"right\" ref=\"11\"/>";
+        let tags = "<tag k=\"type\" v=\"lanelet\"/><tag k=\"subtype\" v=\"road\"/>";
+        format!("<osm version=\"0.6\">{nodes}{}<relation id=\"20\">{members}{tags}</relation></osm>", ways.concat())
+    };
+    for (at, (lat, ele)) in
+        [("1e308", "1e308"), ("-1e300", "-1e308"), ("NaN", "inf"), ("90", "1")].into_iter().enumerate()
+    {
+        fs::write(dir.path().join("a.osm"), map(lat, ele)).unwrap();
+        fs::write(dir.path().join("b.osm"), map("1e200", "0").replace("1e3", "-1e30")).unwrap();
+        for arguments in [
+            &["check", "--isolated", "a.osm"][..],
+            &["diff", "a.osm", "b.osm"],
+            &["draw", "a.osm", "-o", "a.svg"],
+            &["fix", "--isolated", "a.osm", "--diff"],
+            &["stats", "a.osm"],
+        ] {
+            let run = lanewright(dir.path(), arguments);
+            let said = format!("{}{}", run.stdout, run.stderr);
+            assert!(!said.contains("broke") && !said.contains("panicked"), "{at}: {arguments:?}: {said}");
+        }
+        let said = lanewright(dir.path(), &["check", "--isolated", "a.osm", "--format", "concise"]).exits(1).stdout;
+        assert!(ele == "1" || said.contains("node/"), "{said}");
+    }
 }

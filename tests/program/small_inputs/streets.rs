@@ -23,6 +23,8 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "one place", size: 200, draw: one_place },
     Kind { name: "footways", size: 60, draw: footways },
     Kind { name: "divided road", size: 60, draw: divided_road },
+    Kind { name: "tangle", size: 300, draw: tangle },
+    Kind { name: "crossing without nodes", size: 150, draw: crossing_without_nodes },
 ];
 
 /// Kinds of which twice as many parts take more than two and a half times as long; these sizes are within the bounds.
@@ -312,5 +314,20 @@ fn fork(out: &mut Sketch, size: usize) {
     for i in 0..size {
         let end = out.node(around(turn(i, 4 * size), 100.0));
         out.way(&[middle, end], &[("highway", "residential"), ("oneway", "yes")]);
+    }
+}
+
+/// A way that crosses itself at every turn.
+fn tangle(out: &mut Sketch, size: usize) {
+    let places: Vec<Place> =
+        (0..size).map(|i| around(i as f64 * 2.399_963, 100.0 * (0.1 + i as f64 / size as f64))).collect();
+    out.line(&places, STREET);
+}
+
+/// Roads in all directions that cross each other without a common node.
+fn crossing_without_nodes(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let (from, to) = (around(i as f64 * 2.399_963, 150.0), around(i as f64 * 2.399_963 + 2.0, 150.0));
+        out.line(&[from, to], STREET);
     }
 }
