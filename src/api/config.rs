@@ -146,12 +146,13 @@ fn of_file(file: &Path) -> Result<Settings, Failure> {
     let text = fs::read_to_string(file).map_err(|error| {
         Failure::new(format!("cannot read {name}: {error}")).about(&name).help("--config takes a file or KEY=VALUE")
     })?;
-    if is_link(file) && Document::parse(&name, &text).is_err() {
+    let read = of_text(&name, &text);
+    if is_link(file) && read.is_err() {
         // Its lines may be nobody's business: the link may have come with a map.
         let failure = Failure::new(format!("{name} leads to a file that is no lanewright.toml")).about(&name);
         return Err(failure.help("put the settings here instead of a link, to see what is wrong with them"));
     }
-    of_text(&name, &text)
+    read
 }
 
 fn of_text(name: &str, text: &str) -> Result<Settings, Failure> {

@@ -125,7 +125,9 @@ fn a_link_shows_nothing_of_what_it_leads_to() {
         assert!(!run_text(&run).contains("hunter2"), "{}", run.stderr);
     }
     fs::copy(root().join("tests/rules/vm-03-02/good.osm"), at("good.osm")).unwrap();
-    for text in ["root:hunter2:0:0\n", "[registry]\ntoken = \"hunter2\"\n"] {
+    let settings =
+        ["select = [\"hunter2\"]\n", "[severity]\nhunter2 = \"error\"\n", "[parameters.vm-03-08]\nhunter2 = 1\n"];
+    for text in ["root:hunter2:0:0\n", "[registry]\ntoken = \"hunter2\"\n"].into_iter().chain(settings) {
         let _ = fs::remove_file(at("lanewright.toml"));
         std::os::unix::fs::symlink(file("credentials", text), at("lanewright.toml")).unwrap();
         let run =
