@@ -19,8 +19,13 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = Vec::new();
     for ring in &rings {
         findings.extend(unreferenced(map, ring));
-        findings.extend(ring.entries.iter().filter_map(|&id| apart(map, ring, id, "entry", [false, true])));
-        findings.extend(ring.exits.iter().filter_map(|&id| apart(map, ring, id, "exit", [true, false])));
+        // A lanelet may lead from one street right into the next: then it is entry and exit.
+        let only = |of: &BTreeSet<LaneletId>, not: &BTreeSet<LaneletId>| -> Vec<LaneletId> {
+            of.difference(not).copied().collect()
+        };
+        let [entries, exits] = [only(&ring.entries, &ring.exits), only(&ring.exits, &ring.entries)];
+        findings.extend(entries.into_iter().filter_map(|id| apart(map, ring, id, "entry", [false, true])));
+        findings.extend(exits.into_iter().filter_map(|id| apart(map, ring, id, "exit", [true, false])));
         findings.extend(ring.inner.iter().filter_map(|&id| apart(map, ring, id, "internal", [true, true])));
     }
     for lanelet in &map.map.lanelets {
@@ -88,7 +93,12 @@ fn unreferenced(map: &MapIndex, ring: &Ring) -> Option<Finding> {
 /// A lanelet that does not hang together with the others of its element: nothing leads to it, or it leads to none of them.
 fn apart(map: &MapIndex, ring: &Ring, id: LaneletId, role: &str, [before, behind]: [bool; 2]) -> Option<Finding> {
     let at = map.lane(id)?;
-    let any = |lanes: &[usize]| lanes.iter().any(|&other| ring.holds(map.lanes[other].id));
+    // Lanelets in an intersection wait by its rules, not by those of the element.
+    let in_intersection = |&other: &usize| map.turn_direction(other).is_some();
+    let any = |lanes: &[usize]| {
+        lanes.iter().any(|&other| ring.holds(map.lanes[other].id))
+            || !lanes.is_empty() && lanes.iter().all(in_intersection)
+    };
     let what = match (!before || any(map.predecessors(at)), !behind || any(map.followers(at))) {
         (true, true) => return None,
         (false, true) => "no lanelet of the element leads into it",

@@ -45,7 +45,8 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
         for conflict in on_it.into_iter().take(crowd::MOST) {
             let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
-            if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) {
+            let by_roundabout = || map.share_roundabout_element(at, conflict.other);
+            if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
                 continue;
             }
             findings.push(finding(map, params, at, conflict));

@@ -180,6 +180,9 @@ fn small_roundabouts_are_rings() {
             .filter(|lane| lane.attributes.get("road_id").is_some_and(|id| id.starts_with("10:")));
         assert!(ring.count() >= 4, "{name}: the pieces between the roads are lanelets");
         assert!(built.map.polygons.is_empty(), "{name}: nobody drives over the island");
+        let element = built.map.regulatory_elements.iter().find(|element| element.subtype == "roundabout");
+        let entries = element.map_or(0, |element| element.lanelets("entry").count());
+        assert_eq!(entries, 4, "{name}: vehicles on the ring go first");
         assert_eq!(found(&built, Severity::Warning), Vec::<String>::new(), "{name}");
     }
 }

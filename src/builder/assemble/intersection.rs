@@ -1,5 +1,7 @@
 //! One intersection: its notes and settings, its area, and everything that rules its lanelets.
 
+use std::collections::BTreeSet;
+
 use crate::builder::control::controlled_arm::{Approach, ControlledArm};
 use crate::builder::control::light_places::LightGround;
 use crate::builder::control::signal_arrows::one_way;
@@ -8,6 +10,7 @@ use crate::builder::intersection::area_outline::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
 use crate::builder::intersection::movement_types::{Movement, Movements};
+use crate::builder::intersection::ring_movements::RingMovements;
 use crate::builder::intersection::turn_direction::{tag_turns, turn_direction};
 use crate::builder::intersection::turning_lanelets::{DrawnMovements, TurningLanelet, intersection_key};
 use crate::builder::lanes::types::{Arm, ArmLane};
@@ -88,6 +91,8 @@ impl<'a> IntersectionAssembly<'a> {
             one.area(intersection, &arms, traffic, &prohibited, &area);
         } else if intersection.signals {
             one.lights(intersection, &arms, paths);
+        } else {
+            one.roundabout_entries(intersection, &arms, paths);
         }
         (one.assembly.into_part(), one.output)
     }
@@ -157,6 +162,23 @@ impl<'a> IntersectionAssembly<'a> {
         for (i, arm) in lit {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, Control::Signals, false);
             let controlled = ControlledArm { arm: &arm, control: Control::Signals, approaches: &approaches, driving };
+            controlled.draw(&mut self.assembly, key, &ground);
+        }
+    }
+
+    /// Adds the lines at which vehicles wait that join a roundabout, and the signs there.
+    fn roundabout_entries(&mut self, intersection: &Intersection, arms: &[&Arm], paths: &[TurningLanelet]) {
+        let MapContext { roundabouts, lanes, .. } = *self.context;
+        let rings = RingMovements { roundabouts, lanes, at: intersection, paths };
+        let joins = |path: &&TurningLanelet| rings.of(path).is_some_and(|movement| movement.joins);
+        let entries: BTreeSet<usize> = paths.iter().filter(joins).map(|path| path.movement.from).collect();
+        let (driving, key) = (self.context.network.side, intersection_key("intersection", intersection).word("arm"));
+        let controls = self.controls(intersection, arms);
+        let ground = LightGround { rings: Vec::new(), lanelets: Vec::new(), arms };
+        for i in entries.into_iter().filter(|&i| controls[i] != Control::Signals) {
+            let (arm, approaches) =
+                self.approaches((i, arms[i]), paths, &BicycleMovements::default(), controls[i], false);
+            let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
             controlled.draw(&mut self.assembly, key, &ground);
         }
     }

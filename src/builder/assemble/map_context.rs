@@ -2,13 +2,15 @@
 
 use crate::builder::control::signal_arrows::SignalArrows;
 use crate::builder::lanes::types::Lanes;
-use crate::builder::network::{RoadEnd, RoadNetwork};
+use crate::builder::network::{RoadEnd, RoadNetwork, WholeRoundabouts};
 
 use super::crossings::Crossings;
 
 /// What all intersections are built from.
 pub(super) struct MapContext<'a> {
     pub(super) network: &'a RoadNetwork,
+    /// Its whole, round roundabouts.
+    pub(super) roundabouts: &'a WholeRoundabouts,
     pub(super) lanes: &'a Lanes,
     pub(super) crossings: &'a Crossings,
     pub(super) arrows: &'a SignalArrows,

@@ -7,6 +7,7 @@ mod loose_ends;
 mod map_context;
 mod movers;
 pub(crate) mod right_of_way;
+mod roundabouts;
 
 use crate::diagnostic::Finding;
 use crate::geometry::Point;
@@ -25,6 +26,7 @@ use crossings::Crossings;
 use intersection::{IntersectionAssembly, IntersectionOutput};
 use loose_ends::LooseLanes;
 use map_context::MapContext;
+use roundabouts::RoundaboutElements;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]
@@ -53,13 +55,16 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     let bicycles = side_lanes(&mut assembly, network, &lanes, |assembly| turning_bounds(assembly, &turning));
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &turning);
     let unlit = mid_block_signals::draw(&mut assembly, network, &lines, &lanes, &lit);
+    let roundabouts = &network.whole_roundabouts();
+    let mut rings = RoundaboutElements::add(&mut assembly, network, roundabouts, &lanes, &turning);
     let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));
+    whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle).chain(rings.note.take()));
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
-    let context = MapContext { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
+    let context =
+        MapContext { network, roundabouts, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
     let dead_ends = LooseLanes::of_dead_ends(&context);
     let passed = network.intersections.iter().zip(turning).filter_map(|(at, turning)| Some((at, turning?)));
     let (passed, turning): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
@@ -71,6 +76,7 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // The whole map takes the most memory, so everything that it was made from is freed meanwhile.
     let done = (crossings, lanes, lines, owned_network);
     whole.map = rayon::join(|| assembly.finish(parts), || drop(done)).0;
+    rings.tell_lanelets(&mut whole.map);
     whole.notes.extend(dead_ends.notes);
     whole.settings.loose_ends = dead_ends.lanelets;
     for IntersectionOutput { notes, settings, bicycle_lanes, has_area, loose_ends } in outputs {

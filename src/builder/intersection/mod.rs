@@ -7,6 +7,7 @@ pub(crate) mod lane_assignment;
 pub mod lane_reassignment;
 pub mod movement;
 pub mod movement_types;
+pub mod ring_movements;
 pub mod roundabout;
 pub(crate) mod shared_bounds;
 pub mod street_path;

@@ -57,6 +57,7 @@ pub use frame::ToMetres;
 pub use index::{IntersectionIx, RoadIx};
 pub use islands::Island;
 pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, is_driven, is_highway, road_network};
+pub use whole_roundabouts::WholeRoundabouts;
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -1,6 +1,6 @@
 //! Tells which roads belong to a roundabout that lies wholly in the data and looks like one to those who come to it.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::geometry::Polyline;
@@ -27,10 +27,28 @@ impl Piece {
     }
 }
 
+/// The roundabouts of which the whole ring is in the data, and round. At others nobody sees that the rules of a roundabout hold.
+#[derive(Clone, Debug, Default)]
+pub struct WholeRoundabouts {
+    /// For each road of a ring the least OpenStreetMap node of that ring.
+    of_road: FxHashMap<RoadIx, i64>,
+}
+
+impl WholeRoundabouts {
+    /// Whether a road is part of one.
+    pub fn contains(&self, road: RoadIx) -> bool {
+        self.of_road.contains_key(&road)
+    }
+
+    /// The roundabout of which a road is part, by the least OpenStreetMap node of its ring.
+    pub fn ring_of(&self, road: RoadIx) -> Option<i64> {
+        self.of_road.get(&road).copied()
+    }
+}
+
 impl RoadNetwork {
-    /// The roads of roundabouts of which the whole ring is in the data, and round. At others nobody sees that the rules of a roundabout
-    /// hold.
-    pub fn whole_roundabouts(&self) -> FxHashSet<RoadIx> {
+    /// See [`WholeRoundabouts`].
+    pub fn whole_roundabouts(&self) -> WholeRoundabouts {
         let roads = RoadIx::all(self.roads.len()).map(|ix| (ix, self.road(ix))).filter(|(_, road)| road.roundabout);
         let roads = roads.filter_map(|(ix, road)| Piece::new(road.key, &road.line, &road.section, Some(ix)));
         let inner = self.intersections.iter().flat_map(|at| &at.inner).filter(|inner| inner.roundabout);
@@ -39,7 +57,7 @@ impl RoadNetwork {
         pieces.sort_by_key(|piece| (piece.from, piece.to));
         let from: FxHashMap<i64, usize> = pieces.iter().map(|piece| piece.from).zip(0..).collect();
         let mut passed = vec![false; pieces.len()];
-        let mut whole = FxHashSet::default();
+        let mut whole = WholeRoundabouts::default();
         for start in 0..pieces.len() {
             let mut at = Some(start);
             let mut walk: Vec<usize> = Vec::new();
@@ -52,7 +70,9 @@ impl RoadNetwork {
             let ring = ring.unwrap_or_default();
             let places = ring.iter().flat_map(|&piece| pieces[piece].line.points()).copied();
             if Polyline::new(places).is_some_and(|line| RingShape::of(&line) != RingShape::Other) {
-                whole.extend(ring.iter().filter_map(|&piece| pieces[piece].road));
+                let least = ring.iter().map(|&piece| pieces[piece].from).min().unwrap_or_default();
+                let roads = ring.iter().filter_map(|&piece| pieces[piece].road);
+                whole.of_road.extend(roads.map(|road| (road, least)));
             }
         }
         whole
@@ -75,7 +95,7 @@ mod tests {
         let ways = [(10, drawn, "junction=roundabout"), (11, &[20, 0], ""), (12, &[21, 3], ""), (13, &[22, 9], "")];
         let network = network(&osm(&nodes, &ways));
         let ring = network.roads.iter().filter(|road| road.roundabout).count();
-        [ring, network.whole_roundabouts().len()]
+        [ring, network.whole_roundabouts().of_road.len()]
     }
 
     #[test]

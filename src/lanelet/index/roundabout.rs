@@ -24,14 +24,24 @@ const ROUND_LONG: f64 = 0.93;
 
 impl MapIndex<'_> {
     /// Whether the rules of a roundabout say who goes first where two lanes meet, so that this is no intersection: both are part of it,
-    /// join it or leave it. But who joins where another leaves crosses the other's way.
+    /// join it or leave it. But who joins where another leaves crosses the other's way, unless a roundabout element names both: then
+    /// Autoware waits at the entry for all lanes that cross it.
     pub(super) fn is_ruled_by_roundabout(&self, x: usize, y: usize) -> bool {
+        if self.share_roundabout_element(x, y) {
+            return true;
+        }
         let [a, b] = [x, y].map(|lane| self.ends_on_roundabout(lane));
         // Who circulates stops for nobody: where there is a stop line, other rules hold.
         let stops = |lane: usize, ends: [bool; 2]| ends == [true; 2] && self.starts_at_stop_line(lane);
         let one_joins_where_other_leaves = a[0] != a[1] && b == [a[1], a[0]];
         let are_part = a.contains(&true) && b.contains(&true);
         are_part && !one_joins_where_other_leaves && !stops(x, a) && !stops(y, b)
+    }
+
+    /// Whether one roundabout element names both lanes.
+    pub fn share_roundabout_element(&self, x: usize, y: usize) -> bool {
+        let of = |lane: usize| self.elements_naming(self.lanes[lane].id).filter(|it| it.subtype == "roundabout");
+        of(x).any(|element| of(y).any(|other| other.id == element.id))
     }
 
     /// Whether a lane is part of a roundabout, leaves it or joins it.

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::Point;
+use crate::geometry::{Point, angle_between};
 use crate::lanelet::index::{Conflict, Rank, Traffic};
-use crate::lanelet::right_of_way::{Relation, Turn};
+use crate::lanelet::right_of_way::{OPPOSITE, Relation, Turn};
 use crate::parallel::Finely;
 use crate::rules::right_of_way::ruled_by_signal;
 use crate::rules::virtual_light::is_coordinated;
@@ -31,8 +31,22 @@ pub fn judge(all: &Watching) -> Vec<Finding> {
         let of = all.lane(pair.lanelets[0]).and_then(|lane| all.map.intersections_of(lane).first().copied());
         by_intersection.entry(of).or_default().push(pair);
     }
-    findings.extend(by_intersection.values().filter_map(|pairs| Some(found(all, pairs.first()?, pairs.len() - 1))));
+    findings.extend(by_intersection.values().filter_map(|pairs| {
+        let worse = pairs.iter().find(|pair| !are_opposite_far_turns(all, pair.lanelets));
+        let finding = found(all, worse.or(pairs.first())?, pairs.len() - 1);
+        Some(if worse.is_some() { finding } else { finding.graded(Severity::Info) })
+    }));
     findings
+}
+
+/// Whether two lanelets from opposite approaches both turn across the oncoming traffic. By law neither goes first, and drivers settle it
+/// among themselves: nothing in the map is wrong.
+fn are_opposite_far_turns(all: &Watching, [at, other]: [usize; 2]) -> bool {
+    let Some(lanes) = all.lane(at).zip(all.lane(other)).map(|(x, y)| [x, y]) else { return false };
+    let Some((traffic, x, y)) = movements(all, lanes) else { return false };
+    let both_far = [x, y].iter().all(|&one| traffic.movements[one].mover.turn == Turn::Far);
+    let [one, two] = lanes.map(|lane| all.map.lanes[lane].heading_in());
+    both_far && one.zip(two).is_some_and(|(x, y)| angle_between(x, y).abs().to_degrees() > 180.0 - OPPOSITE)
 }
 
 /// The pairs of a lanelet and those that conflict with it. What holds for both is said once, of the first.

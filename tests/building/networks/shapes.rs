@@ -1,11 +1,13 @@
 //! The shapes of junctions: short roads, narrow streets, roads side by side or above each other.
 
+use std::collections::BTreeSet;
+
 use lanewright::builder::Built;
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::polygon;
 use lanewright::lanelet::Lanelet;
 
-use super::{SIDES, built, found, found_of_geometry, network, network_of};
+use super::{SIDES, built, elements, found, found_of_geometry, network, network_of, referrers};
 
 #[test]
 fn roads_that_leave_side_by_side_are_approaches_of_their_own() {
@@ -237,10 +239,14 @@ fn only_who_leaves_private_ground_needs_an_area_at_a_roundabout() {
             let turns = map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("turn_direction"));
             let private = |lanelet: &&Lanelet| lanelet.attributes.is("location", "private");
             let [private, all] = [turns.clone().filter(private).count(), turns.count()];
-            (private > 0, all > 0)
+            // All others wait by the rules of the roundabout.
+            let rings = elements(&map, "roundabout");
+            assert_eq!(rings.len(), 1, "{side:?} {third}");
+            let count = |role: &str| rings[0].lanelets(role).count();
+            (private > 0, all > 0, [count("entry"), count("exit")])
         };
-        assert_eq!(turns_of("highway=residential lanes=2"), (false, false), "{side:?}");
-        assert_eq!(turns_of("highway=service access=private"), (true, true), "{side:?}");
+        assert_eq!(turns_of("highway=residential lanes=2"), (false, false, [3, 3]), "{side:?}");
+        assert_eq!(turns_of("highway=service access=private"), (true, true, [2, 3]), "{side:?}");
     }
 }
 
@@ -267,6 +273,54 @@ fn a_roundabout_with_two_lanes_is_no_unmarked_intersection_though_its_outer_lane
         let found = found(&map, &settings);
         assert!(map.lanelets.len() > 20, "{side:?}");
         assert!(!found.iter().any(|code| code == "vm-03-01/unmarked"), "{side:?} {found:?}");
+    }
+}
+
+#[test]
+fn vehicles_give_way_where_they_join_a_roundabout_and_show_where_they_leave_it() {
+    for side in SIDES {
+        let around: Vec<i64> = (1..=12).chain([1]).collect();
+        let street = "highway=residential lanes=2";
+        let carriageway = "highway=residential lanes=1 oneway=yes";
+        // As usual vehicles around the island pass the carriageway that leads out first. The other way around, one comes from the one
+        // that leads in right into the one that leads out.
+        for is_first_out in [true, false] {
+            let ring = (0..12).map(|i| {
+                let angle = f64::from(i) * std::f64::consts::TAU / 12.0;
+                (i64::from(i) + 1, 18.0 * angle.cos(), 18.0 * angle.sin(), "")
+            });
+            // The third street is divided: its carriageways meet the ring in one node.
+            let (west, north) = if is_first_out { (15.0, 120.0) } else { (110.0, 80.0) };
+            let far = [(21, 120.0, -60.0, ""), (22, -120.0, -60.0, ""), (23, -west, north, ""), (24, west, north, "")];
+            let nodes: Vec<_> = ring.chain(far).collect();
+            let (leading_in, leading_out) = if is_first_out { (23, 24) } else { (24, 23) };
+            let ways: [(i64, &[i64], &str); 5] = [
+                (30, &around, "highway=residential junction=roundabout oneway=yes lanes=1"),
+                (31, &[21, 12], street),
+                (32, &[22, 8], street),
+                (33, &[leading_in, 4], carriageway),
+                (34, &[4, leading_out], carriageway),
+            ];
+            let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+            assert!(notes.iter().any(|note| note.fault == "roundabout-module"), "{side:?}");
+            assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+            assert!(map.polygons.is_empty(), "{side:?}");
+            let [ring] = elements(&map, "roundabout")[..] else { panic!("{side:?}") };
+            let of_role = |role: &str| ring.lanelets(role).collect::<BTreeSet<_>>();
+            let [entries, exits, internal] = ["entry", "exit", "internal"].map(of_role);
+            let both = entries.intersection(&exits).count();
+            let expected = if is_first_out { (3, 3, 0) } else { (4, 4, 1) };
+            assert_eq!((entries.len(), exits.len(), both), expected, "{side:?}");
+            let referrers: BTreeSet<_> = referrers(&map, ring).iter().map(|lanelet| lanelet.id).collect();
+            assert_eq!(referrers, entries.union(&exits).copied().collect(), "{side:?}");
+            let signalling = map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("enable_exit_turn_signal"));
+            let signalling: BTreeSet<_> = signalling.map(|lanelet| lanelet.id).collect();
+            // The pieces of the ring between the streets; where one may leave, nobody who goes on shows that he leaves.
+            assert_eq!((signalling.len(), internal.len()), (3, 6), "{side:?}");
+            assert!(signalling.is_subset(&internal), "{side:?}");
+            let stop_lines = map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line")).count();
+            assert_eq!(stop_lines, 3, "{side:?}: one for each street that leads in");
+        }
     }
 }
 

@@ -1,7 +1,5 @@
 //! The turning lanelets of one intersection, drawn between its lanes, and the outline around them.
 
-use rustc_hash::FxHashSet;
-
 use crate::builder::intersection::area_outline::area_ring::covers;
 use crate::builder::intersection::area_outline::{AreaOutline, area_outline};
 use crate::builder::intersection::bicycle_lanelets::{
@@ -11,6 +9,7 @@ use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices
 use crate::builder::intersection::lane_reassignment::reassignments;
 use crate::builder::intersection::movement::{movements, movements_instead};
 use crate::builder::intersection::movement_types::{Movement, Movements};
+use crate::builder::intersection::ring_movements::RingMovements;
 use crate::builder::intersection::turn_direction::turn_direction;
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
@@ -20,7 +19,7 @@ use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, WholeRoundabouts};
 use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{angle_between, polygon};
 use crate::lanelet::TurnDirection;
@@ -60,8 +59,8 @@ pub struct IntersectionLanelets {
 pub struct Site<'a> {
     /// The network.
     pub network: &'a RoadNetwork,
-    /// The roads of its whole, round roundabouts.
-    pub roundabouts: &'a FxHashSet<RoadIx>,
+    /// Its whole, round roundabouts.
+    pub roundabouts: &'a WholeRoundabouts,
     /// Its turn restrictions.
     pub restrictions: &'a ResolvedRestrictions,
     /// Its lanes.
@@ -226,27 +225,18 @@ impl IntersectionLanelets {
             return self;
         }
         let Site { network, roundabouts, lanes, intersection, below, .. } = site;
-        let ring_arms = |path: &TurningLanelet| ring_arms(roundabouts, intersection, path);
+        let rings = RingMovements { roundabouts, lanes, at: intersection, paths: &self.drawn.paths };
         let indices = strip_indices(&self.drawn.paths);
         let conflicts = conflicts(&self.drawn.paths, &indices);
         let ruled = intersection.signals || intersection.all_way_stop || is_signed(network, intersection);
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
             let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
-            // Vehicles leave a roundabout or join it by its rules, for which Autoware needs no area.
-            let by_area = intersection.signals || ring_arms(path) == [false; 2];
-            // A street joins a ring where another leaves it: their lanes cross within the length of one intersection.
-            let leaves_ring = |it: &TurningLanelet| ring_arms(it) == [true, false];
-            // Vehicles that enter or leave a ring without lights give way by its rules. A street that leads straight over a ring
-            // crosses the vehicles on it.
-            let passes = |it: &TurningLanelet| {
-                let [from_ring, onto_ring] = ring_arms(it);
-                from_ring == onto_ring || intersection.signals
-            };
+            // Vehicles leave a roundabout or join it by its rules: Autoware reads a roundabout element, and no area. Lights rule
+            // instead of them.
+            let by_rules = |it: &TurningLanelet| !intersection.signals && rings.of(it).is_some();
             let crosses = |it: &TurningLanelet| ruled || !joins_along(path, it);
             leaves_private_ground(network, intersection, path) && others.len() > 0
-                || by_area && turns_off(&self.drawn.paths, path)
-                || by_area && others.clone().any(|it| passes(it) && crosses(it))
-                || ring_arms(path) == [false, true] && others.any(leaves_ring)
+                || !by_rules(path) && (turns_off(&self.drawn.paths, path) || others.any(crosses))
         });
         self.conflicts = Some(conflicts);
         self.depends_on_far_cuts = has_bicycle_lanes(network, intersection);
@@ -279,11 +269,6 @@ impl IntersectionLanelets {
         self.part = self.part.shrunk();
         self
     }
-}
-
-/// Whether the arms from and to which a lanelet leads are roads of a roundabout.
-fn ring_arms(roundabouts: &FxHashSet<RoadIx>, intersection: &Intersection, path: &TurningLanelet) -> [bool; 2] {
-    [path.movement.from, path.movement.to].map(|arm| roundabouts.contains(&intersection.arms[arm].road))
 }
 
 /// Whether a stop or give-way sign stands before the intersection.
