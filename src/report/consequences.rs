@@ -1,5 +1,6 @@
 //! Which findings follow from another one: a point in the wrong place spoils every lanelet that uses it.
 
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
@@ -21,7 +22,7 @@ struct Cause {
     /// What may follow from it, where it is about something that is spoilt.
     effects: &'static [&'static str],
     /// What a finding of this code spoils.
-    spoils: fn(&LaneletMap, &Diagnostic) -> BTreeSet<Subject>,
+    spoils: fn(&mut Lanelets, &Diagnostic) -> BTreeSet<Subject>,
 }
 
 const CAUSES: [Cause; 6] = [
@@ -55,6 +56,64 @@ const LOOSE_ENDS: &[&str] = &[
 ];
 const OTHER_KIND: &[&str] = &["vm-01-20/neighbours", "vm-01-21/other-kind"];
 
+/// Which lanelets have something in common; each is gathered when it is first asked for.
+struct Lanelets<'m> {
+    map: &'m LaneletMap,
+    by_point: OnceCell<FxHashMap<PointId, Vec<LaneletId>>>,
+    by_element: OnceCell<FxHashMap<RegulatoryElementId, Vec<LaneletId>>>,
+    /// Those of subtypes of which no finding has told yet.
+    by_subtype: Option<FxHashMap<String, Vec<LaneletId>>>,
+}
+
+impl<'m> Lanelets<'m> {
+    fn of(map: &'m LaneletMap) -> Self {
+        Self { map, by_point: OnceCell::new(), by_element: OnceCell::new(), by_subtype: None }
+    }
+
+    /// The lanelets that have a point in a bound.
+    fn at(&self, point: PointId) -> &[LaneletId] {
+        let by_point = self.by_point.get_or_init(|| {
+            let mut by_point: FxHashMap<PointId, Vec<LaneletId>> = FxHashMap::default();
+            for lanelet in &self.map.lanelets {
+                for bound in [lanelet.left, lanelet.right] {
+                    for point in self.map.bound_points(bound) {
+                        by_point.entry(point.id).or_default().push(lanelet.id);
+                    }
+                }
+            }
+            by_point
+        });
+        by_point.get(&point).map_or(&[], Vec::as_slice)
+    }
+
+    /// The lanelets that refer to an element.
+    fn referring_to(&self, element: RegulatoryElementId) -> &[LaneletId] {
+        let by_element = self.by_element.get_or_init(|| {
+            let mut by_element: FxHashMap<RegulatoryElementId, Vec<LaneletId>> = FxHashMap::default();
+            for lanelet in &self.map.lanelets {
+                lanelet.regulatory_elements.iter().for_each(|id| by_element.entry(*id).or_default().push(lanelet.id));
+            }
+            by_element
+        });
+        by_element.get(&element).map_or(&[], Vec::as_slice)
+    }
+
+    /// The lanelets of a subtype the first time that it is asked for, then none: what follows from the first finding follows from no
+    /// later one.
+    fn take_of_subtype(&mut self, subtype: &str) -> Vec<LaneletId> {
+        let map = self.map;
+        let by_subtype = self.by_subtype.get_or_insert_with(|| {
+            let mut by_subtype: FxHashMap<String, Vec<LaneletId>> = FxHashMap::default();
+            for lanelet in &map.lanelets {
+                let subtype = lanelet.attributes.get("subtype").unwrap_or_default();
+                by_subtype.entry(subtype.to_owned()).or_default().push(lanelet.id);
+            }
+            by_subtype
+        });
+        by_subtype.remove(subtype).unwrap_or_default()
+    }
+}
+
 /// For each finding the one that it follows from in the end, by position.
 pub fn causes(found: &[Diagnostic], map: &LaneletMap) -> Vec<Option<usize>> {
     let misplaced = found.iter().enumerate().filter(|(_, one)| one.code == MISPLACED);
@@ -68,9 +127,10 @@ pub fn causes(found: &[Diagnostic], map: &LaneletMap) -> Vec<Option<usize>> {
     let mut spoilt: FxHashMap<(&str, Subject), usize> = FxHashMap::default();
     let is_effect = |code: &str| CAUSES.iter().any(|cause| cause.effects.contains(&code));
     if found.iter().any(|one| is_effect(&one.code)) {
+        let mut lanelets = Lanelets::of(map);
         for (at, one) in found.iter().enumerate() {
             for cause in CAUSES.iter().filter(|cause| cause.code == one.code) {
-                for subject in (cause.spoils)(map, one) {
+                for subject in (cause.spoils)(&mut lanelets, one) {
                     cause.effects.iter().for_each(|&effect| _ = spoilt.entry((effect, subject)).or_insert(at));
                 }
             }
@@ -99,55 +159,53 @@ fn root(direct: &[Option<usize>], at: usize) -> Option<usize> {
 }
 
 /// Elements that a finding names, the lanelets that refer to them, and their members.
-fn around_elements(map: &LaneletMap, found: &Diagnostic) -> BTreeSet<Subject> {
+fn around_elements(lanelets: &mut Lanelets, found: &Diagnostic) -> BTreeSet<Subject> {
     let others = found.finding.related.iter().map(|related| related.subject);
     let named = others.chain([found.finding.subject]).filter_map(|subject| match subject {
         Subject::RegulatoryElement(id) => Some(RegulatoryElementId(id)),
         _ => None,
     });
     let elements: BTreeSet<RegulatoryElementId> = named.collect();
-    let refers = |lanelet: &&Lanelet| lanelet.regulatory_elements.iter().any(|id| elements.contains(id));
-    let lanelets = map.lanelets.iter().filter(refers).map(|lanelet| Subject::Lanelet(lanelet.id.0));
-    let members = elements.iter().filter_map(|&id| map.regulatory_elements.get(id)).flat_map(|one| &one.members);
+    let referring = elements.iter().flat_map(|&id| lanelets.referring_to(id)).map(|id| Subject::Lanelet(id.0));
+    let members = elements.iter().filter_map(|&id| lanelets.map.regulatory_elements.get(id));
+    let members = members.flat_map(|one| &one.members);
     let line = |member: &Member| match member.target {
         Target::LineString(id) => Some(Subject::LineString(id.0)),
         _ => None,
     };
     let own = elements.iter().map(|id| Subject::RegulatoryElement(id.0));
-    own.chain(lanelets).chain(members.filter_map(line)).collect()
+    own.chain(referring).chain(members.filter_map(line)).collect()
 }
 
 /// What touches a way that is both bounds of a lanelet.
-fn beside_one_bound(map: &LaneletMap, found: &Diagnostic) -> BTreeSet<Subject> {
+fn beside_one_bound(lanelets: &mut Lanelets, found: &Diagnostic) -> BTreeSet<Subject> {
+    let map = lanelets.map;
     let lanelet = found.finding.subject.id().and_then(|id| map.lanelets.get(LaneletId(id)));
     let both = lanelet.filter(|lanelet| lanelet.left.line == lanelet.right.line);
-    both.map(|lanelet| touching(map, &points_of(map, Subject::LineString(lanelet.left.line.0)))).unwrap_or_default()
+    both.map(|lanelet| touching(lanelets, &points_of(map, Subject::LineString(lanelet.left.line.0))))
+        .unwrap_or_default()
 }
 
 /// What touches the bound of no length that a finding is about.
-fn at_the_point(map: &LaneletMap, found: &Diagnostic) -> BTreeSet<Subject> {
-    touching(map, &points_of(map, found.finding.subject))
+fn at_the_point(lanelets: &mut Lanelets, found: &Diagnostic) -> BTreeSet<Subject> {
+    touching(lanelets, &points_of(lanelets.map, found.finding.subject))
 }
 
 /// Points, and the lanelets that have one of them in a bound.
-fn touching(map: &LaneletMap, points: &[PointId]) -> BTreeSet<Subject> {
-    let touches = |lanelet: &&Lanelet| {
-        let mut own = [lanelet.left, lanelet.right].into_iter().flat_map(|bound| map.bound_points(bound));
-        own.any(|point| points.contains(&point.id))
-    };
-    let lanelets = map.lanelets.iter().filter(touches).map(|lanelet| Subject::Lanelet(lanelet.id.0));
-    points.iter().map(|point| Subject::Point(point.0)).chain(lanelets).collect()
+fn touching(lanelets: &Lanelets, points: &[PointId]) -> BTreeSet<Subject> {
+    let at_points = points.iter().flat_map(|&point| lanelets.at(point)).map(|id| Subject::Lanelet(id.0));
+    points.iter().map(|point| Subject::Point(point.0)).chain(at_points).collect()
 }
 
 /// The lanelets with the subtype of the one of which a finding says that its subtype is wrong.
-fn of_this_subtype(map: &LaneletMap, found: &Diagnostic) -> BTreeSet<Subject> {
+fn of_this_subtype(lanelets: &mut Lanelets, found: &Diagnostic) -> BTreeSet<Subject> {
     let is_about_subtype = found.code == "access/not-road" || found.finding.message.starts_with("subtype=");
     let Subject::Lanelet(id) = found.finding.subject else { return BTreeSet::new() };
     let subtype = |lanelet: &Lanelet| lanelet.attributes.get("subtype").unwrap_or_default().to_owned();
-    let Some(own) = map.lanelets.get(LaneletId(id)).map(subtype).filter(|_| is_about_subtype) else {
+    let Some(own) = lanelets.map.lanelets.get(LaneletId(id)).map(subtype).filter(|_| is_about_subtype) else {
         return BTreeSet::new();
     };
-    map.lanelets.iter().filter(|other| subtype(other) == own).map(|other| Subject::Lanelet(other.id.0)).collect()
+    lanelets.take_of_subtype(&own).into_iter().map(|id| Subject::Lanelet(id.0)).collect()
 }
 
 /// The points that a primitive is made of.
