@@ -102,11 +102,11 @@ pub const KINDS: &[Kind] = &[
     }),
     // From the end of a short lane, 2 m are out of its reach: then it has none.
     kind("move a stop line 2 m back", &["vm-03-09/start-misaligned", "vm-03-09/no-stop-line"], |_, map, dice| {
-        let line = dice.pick(map.lines("stop_line"))?.id;
+        let line = dice.pick(stop_lines_of_intersections(map))?;
         move_line(map, line, [2.0, 2.0])
     }),
     kind("turn a stop line", &["vm-03-09/start-misaligned"], |_, map, dice| {
-        let line = dice.pick(map.lines("stop_line"))?.id;
+        let line = dice.pick(stop_lines_of_intersections(map))?;
         let shift = dice.pick([[1.2, 0.0], [0.0, 1.2]])?;
         move_line(map, line, shift)
     }),
@@ -207,6 +207,19 @@ fn crossing_lights(map: &Draft) -> Vec<[i64; 2]> {
     let cross = |a: Vector, b: Vector| (a.dot(&b) / (a.norm() * b.norm())).abs() < 0.4;
     let pairs = looks.iter().enumerate().flat_map(|(at, one)| looks.iter().skip(at + 1).map(move |other| (one, other)));
     pairs.filter(|(one, other)| cross(one.1, other.1)).map(|(one, other)| [one.0, other.0]).collect()
+}
+
+/// The stop lines but those at which vehicles wait before they join a roundabout: there Autoware takes a place of its own.
+fn stop_lines_of_intersections(map: &Draft) -> Vec<i64> {
+    let joins = |lanelet: &i64| {
+        map.elements("roundabout").any(|element| members(element, "entry").any(|entry| entry == *lanelet))
+    };
+    let of_roundabouts: Vec<i64> = map
+        .elements("road_marking")
+        .filter(|marking| map.referrers(marking.id).iter().any(joins))
+        .flat_map(|marking| members(marking, "refers"))
+        .collect();
+    map.lines("stop_line").map(|line| line.id).filter(|id| !of_roundabouts.contains(id)).collect()
 }
 
 /// A traffic light's element and a lanelet that obeys it.

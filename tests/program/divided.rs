@@ -119,9 +119,18 @@ fn nothing_is_half_written() {
     split(&["cut.osm", "-o", "out"]).fails_saying(&["cut.osm:"]);
     fs::write(dir.path().join("roads.osm"), "<osm><way id='1'><tag k='highway' v='service'/></way></osm>").unwrap();
     split(&["roads.osm", "-o", "out"]).fails_saying(&["1 roads and no lanelet", "lanewright build"]);
-    let far = r#"<osm><node id="1" lat="" lon=""><tag k="local_x" v="1e300"/></node><relation id="2"><tag k="type" v="lanelet"/></relation></osm>"#;
+    let node = |id: i64, metres: &str| {
+        format!(
+            r#"<node id="{id}" lat="" lon=""><tag k="local_x" v="{metres}"/><tag k="local_y" v="{metres}"/></node>"#
+        )
+    };
+    let far = format!(
+        r#"<osm>{}{}<way id="3"><nd ref="1"/><nd ref="2"/></way><relation id="2"><tag k="type" v="lanelet"/></relation></osm>"#,
+        node(1, "0"),
+        node(2, "3e8"),
+    );
     fs::write(dir.path().join("far.osm"), far).unwrap();
-    split(&["far.osm", "-o", "out"]).fails_saying(&["node 1 reaches over more than a million cells", "--size"]);
+    split(&["far.osm", "-o", "out"]).fails_saying(&["way 3 reaches over more than a million cells", "--size"]);
     assert_eq!(names(dir.path()), ["cells", "cut.osm", "far.osm", "roads.osm", "whole"]);
 }
 

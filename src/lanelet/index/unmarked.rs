@@ -233,7 +233,7 @@ impl MapIndex<'_> {
         let last = apart(a.heading_out(), b.heading_out());
         let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
         // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand.
-        let is_oncoming = crossing > 180.0 - ALONG;
+        let is_oncoming = crossing > 180.0 - ALONG && lie_beside(&a.start, &b.end) && lie_beside(&a.end, &b.start);
         is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting
     }
 
@@ -268,12 +268,8 @@ impl MapIndex<'_> {
         let starts = std::iter::once(from).chain(beside);
         let mut turns = starts.flat_map(|lane| self.siblings(lane)).chain(self.followers_of_carriageway(from));
         let Lane { start, end, .. } = self.lanes[to];
-        let is_beside = |edge: &Edge, other: &Edge| {
-            let near = |p: &Point| other.points.iter().any(|q| (p - q).norm() <= BESIDE);
-            edge.touches(other) || edge.points.iter().any(near)
-        };
         // Where the other goes on behind the turn itself, the road only forks.
-        let leads_onto = |onto: &Edge| is_beside(onto, &end) || (onto.ids != start.ids && is_beside(onto, &start));
+        let leads_onto = |onto: &Edge| lie_beside(onto, &end) || (onto.ids != start.ids && lie_beside(onto, &start));
         turns.any(|turn| turn != from && turn != to && leads_onto(&self.lanes[turn].end))
     }
 
@@ -338,6 +334,12 @@ impl MapIndex<'_> {
         let is_beside = |other: &Lane| end.touches(&other.end) || start.touches(&other.start);
         conflicts.any(|one| !is_beside(&self.lanes[one.other]) && self.meet(lane, one) && level(one.other))
     }
+}
+
+/// Whether two ends of lanes have a corner in common, or nearly so.
+fn lie_beside(edge: &Edge, other: &Edge) -> bool {
+    let near = |p: &Point| other.points.iter().any(|q| (p - q).norm() <= BESIDE);
+    edge.touches(other) || edge.points.iter().any(near)
 }
 
 /// Whether a lane starts where another ends and goes on in its direction, be it on other nodes: pieces of one road that nobody joined.

@@ -23,8 +23,6 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "one place", size: 200, draw: one_place },
     Kind { name: "footways", size: 60, draw: footways },
     Kind { name: "divided road", size: 60, draw: divided_road },
-    Kind { name: "tangle", size: 300, draw: tangle },
-    Kind { name: "crossing without nodes", size: 150, draw: crossing_without_nodes },
 ];
 
 /// Kinds of which twice as many parts take more than two and a half times as long; these sizes are within the bounds.
@@ -38,6 +36,8 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "every node with every other", size: 60, draw: complete },
     Kind { name: "roundabout", size: 40, draw: roundabout },
     Kind { name: "fork", size: 60, draw: fork },
+    Kind { name: "tangle", size: 300, draw: tangle },
+    Kind { name: "crossing without nodes", size: 150, draw: crossing_without_nodes },
 ];
 
 const STREET: &[(&str, &str)] = &[("highway", "residential")];
