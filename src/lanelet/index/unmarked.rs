@@ -232,8 +232,10 @@ impl MapIndex<'_> {
         // Who turns off over the lane beside his own crosses it; lanes that go on along each other only change places.
         let last = apart(a.heading_out(), b.heading_out());
         let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
-        // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand.
-        let is_oncoming = crossing > 180.0 - ALONG && lie_beside(&a.start, &b.end) && lie_beside(&a.end, &b.start);
+        // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand. Who leaves a
+        // roundabout crosses who joins it from the same street.
+        let at_roundabout = || self.is_at_roundabout(x) && self.is_at_roundabout(conflict.other);
+        let is_oncoming = crossing > 180.0 - ALONG && !at_roundabout();
         is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting
     }
 
