@@ -76,7 +76,7 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // The whole map takes the most memory, so everything that it was made from is freed meanwhile.
     let done = (crossings, lanes, lines, owned_network);
     whole.map = rayon::join(|| assembly.finish(parts), || drop(done)).0;
-    rings.tell_lanelets(&mut whole.map);
+    rings.attach_to(&mut whole.map);
     whole.notes.extend(dead_ends.notes);
     whole.settings.loose_ends = dead_ends.lanelets;
     for IntersectionOutput { notes, settings, bicycle_lanes, has_area, loose_ends } in outputs {

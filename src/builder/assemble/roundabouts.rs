@@ -63,7 +63,7 @@ impl RoundaboutElements {
     }
 
     /// Lets the lanelets of the whole map refer to the elements.
-    pub(super) fn tell_lanelets(self, map: &mut LaneletMap) {
+    pub(super) fn attach_to(self, map: &mut LaneletMap) {
         for (lanelet, element) in self.carriers {
             if let Some(lanelet) = map.lanelets.get_mut(lanelet) {
                 lanelet.regulatory_elements.push(element);

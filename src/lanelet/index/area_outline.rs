@@ -128,6 +128,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         })
     }
 
+    /// The outline with its corners along kerbs, without pockets.
     fn finished(&self, lanes: &[usize], ring: &[Vertex], edge: &Polyline) -> Outline {
         let ring = self.without_pockets(lanes, self.around_corners(lanes, ids(ring)), edge);
         self.with_corners(lanes, ring, edge)

@@ -20,7 +20,7 @@ const ON_EDGE: f64 = 0.1;
 /// Ground of less (m2) is no pocket: a vertex for it would say nothing.
 const LEAST_POCKET: f64 = 0.2;
 /// Road borders are looked at every so many metres.
-const STEP: f64 = 0.5;
+const BORDER_STEP: f64 = 0.5;
 
 /// A node of a bound along the edge of the lanes.
 struct Candidate {
@@ -123,7 +123,7 @@ impl AreaOutlines<'_, '_> {
         let runs_through = |piece: &Line<[f64; 2]>| {
             let piece = Polyline::new([Point::from(piece.from), Point::from(piece.to)]);
             let is_inside = |place: Point| polygon::contains(outline, place) && line.distance(place) > VERTEX_AT_EDGE;
-            piece.is_some_and(|piece| piece.places(STEP).any(is_inside))
+            piece.is_some_and(|piece| piece.places(BORDER_STEP).any(is_inside))
         };
         self.pieces.locate_in_envelope_intersecting(&near).any(runs_through)
     }
