@@ -14,6 +14,8 @@ use crate::lanelet::index::view::boxes_meet;
 const STRIDE: f64 = 0.5;
 /// Half the length over which the heading of the path is taken, metres.
 const HEADING_REACH: f64 = 0.25;
+/// Places on the longest path, as a number of steps: 5 km of Autoware's steps.
+const MOST_PLACES: f64 = 50_000.0;
 
 /// Where the front of the vehicle stands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,15 +53,15 @@ pub(super) struct Path {
 
 impl Path {
     /// The path over a lanelet: along a route where one is given, else along the lanelets that are most likely before and behind, as
-    /// far as these lengths (m) or a little more.
+    /// far as these lengths (m) or a little more. `None` if the lanelet itself has more places than [`MOST_PLACES`].
     pub fn over(
         network: &RoadNetwork<'_, '_>,
         at: usize,
         route: &[usize],
-        lengths: [f64; 2],
+        [before_most, after_most]: [f64; 2],
         params: &Params,
     ) -> Option<Self> {
-        let [before, after] = around(network, at, route, lengths);
+        let [before, after] = around(network, at, route, [before_most, after_most]);
         let mut lanelets = before;
         let about = lanelets.len();
         lanelets.push(at);
@@ -76,9 +78,18 @@ impl Path {
                 stations[1] = length(&points);
             }
         }
-        let line = Polyline::new(points)?;
         let step = params.path_interpolation_ds;
-        let count = (line.length() / step).floor().clamp(1.0, 50_000.0) as usize;
+        let mut line = Polyline::new(points)?;
+        if line.length() > MOST_PLACES * step {
+            let from = (stations[0] - before_most).max(0.0);
+            line = line.cut(from, (stations[1] + after_most).min(line.length()))?;
+            stations = stations.map(|station| station - from);
+        }
+        let count = (line.length() / step).floor().max(1.0);
+        if count > MOST_PLACES {
+            return None;
+        }
+        let count = count as usize;
         let places = line.at_each((0..=count).map(|i| i as f64 * step));
         let first = ((stations[0] / step).ceil() as usize).saturating_sub(1);
         let last = ((stations[1] / step).floor() as usize + 1).min(count);

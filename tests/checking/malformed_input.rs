@@ -13,6 +13,7 @@ use lanewright::triage::{self, Suppressions};
 use proptest::prelude::*;
 
 use super::fault_injection::{self, ODD, changed, with_value};
+use crate::common::drawing::osm;
 use crate::common::{root, soak};
 
 fn text_of(file: &str) -> String {
@@ -22,16 +23,20 @@ fn text_of(file: &str) -> String {
 /// Reads, loads, judges and reports, with projection and without.
 fn judge_whatever(bytes: Vec<u8>) {
     let mut data = OsmData::default();
-    if read_bytes(&mut data, "odd.osm", bytes).is_err() {
-        return;
+    if read_bytes(&mut data, "odd.osm", bytes).is_ok() {
+        judge_all(&data);
     }
+}
+
+/// Loads, judges and reports, with projection and without.
+fn judge_all(data: &OsmData) {
     let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
     for projector in [first.map_or(Projector::Local, Projector::mgrs), Projector::Local] {
-        let Loaded { map, faults } = from_osm(&data, &projector);
+        let Loaded { map, faults } = from_osm(data, &projector);
         let settings = Settings::default();
         let index = MapIndex::new(&map, &faults, &settings);
         let found = rules::run(&index, &Config::default()).unwrap();
-        let sorted = triage::sort(found, &settings, Suppressions::of(&settings, &data), &map, None);
+        let sorted = triage::sort(found, &settings, Suppressions::of(&settings, data), &map, None);
         let sources = Sources::new(data.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
         let to_globe = |points: &[_]| projector.inverse_each(points, |_| 0.0).into_iter().collect();
         let mut report = Report::new(&sorted.left, &sources, &map);
@@ -77,6 +82,24 @@ const MAPS: [&str; 4] = [
 
 const EXTRACTS: [&str; 3] =
     ["sample_maps/crossing_left.osm", "sample_maps/staggered_left.osm", "sample_maps/turn_lanes_right.osm"];
+
+/// Roads of many kilometres, as in a map whose unit was taken for another: every lane of an intersection is longer than the paths
+/// that are judged.
+#[test]
+fn a_map_hundreds_of_times_too_large_causes_no_panic() {
+    for file in ["tests/rules/vm-03-13/good.osm", "tests/rules/planner/good.osm"] {
+        for factor in [150.0, 600.0, 5_000.0] {
+            let mut data = osm(text_of(file));
+            let origin = data.nodes[0].position.unwrap();
+            for node in &mut data.nodes {
+                let position = node.position.as_mut().unwrap();
+                position.lat = origin.lat + (position.lat - origin.lat) * factor;
+                position.lon = origin.lon + (position.lon - origin.lon) * factor;
+            }
+            judge_all(&data);
+        }
+    }
+}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
