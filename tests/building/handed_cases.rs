@@ -196,6 +196,14 @@ fn wide_and_crowded_places_have_no_warning() {
 }
 
 #[test]
+fn seventeen_roads_most_of_them_one_way_meet_in_one_intersection() {
+    let Some(data) = case("gang2") else { return };
+    let built = built(&data);
+    assert_eq!(found(&built, Severity::Error), Vec::<String>::new());
+    assert!(built.map.polygons.len() <= 4, "the slip lane and the bus roads are part of the crossing");
+}
+
+#[test]
 fn lanes_side_by_side_turn_into_lanes_side_by_side() {
     let Some(data) = case("austin_min") else { return };
     let built = built(&data);

@@ -2,8 +2,9 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
+use crate::builder::network::road_end::directions;
 use crate::builder::network::turn_angle::{STRAIGHT_ON, turn};
-use crate::builder::network::{Intersection, MOST_ARMS, RoadNetwork};
+use crate::builder::network::{Intersection, MOST_DIRECTIONS, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
@@ -76,11 +77,15 @@ pub fn movements(
 }
 
 /// Per arm, whether other roads are joined to it: all, but of too many those of the highest classes.
-fn joined_arms(network: &RoadNetwork, intersection: &Intersection) -> Vec<bool> {
+pub fn joined_arms(network: &RoadNetwork, intersection: &Intersection) -> Vec<bool> {
     let mut order: Vec<usize> = (0..intersection.arms.len()).collect();
     order.sort_by_key(|&arm| network.road(intersection.arms[arm].road).class);
     let mut joined = vec![false; order.len()];
-    order.into_iter().take(MOST_ARMS).for_each(|arm| joined[arm] = true);
+    let mut sum = 0;
+    for arm in order {
+        sum += directions(network, intersection.arms[arm]);
+        joined[arm] = sum <= MOST_DIRECTIONS;
+    }
     joined
 }
 

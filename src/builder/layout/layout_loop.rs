@@ -66,7 +66,7 @@ pub fn lay_out(
         merged: Vec::new(),
         stop_lines: StopLines::Untried,
         notes,
-        road_notes: crowded.iter().map(|(node, count)| too_many_roads(*node, *count)).collect(),
+        road_notes: crowded.iter().map(|(node, counts)| too_many_roads(*node, *counts)).collect(),
     };
     let (ControlFlow::Continue(rounds) | ControlFlow::Break(rounds)) =
         (0..ROUNDS).try_fold(begun, |rounds, _| rounds.meet_demand());

@@ -2,11 +2,12 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::builder::intersection::movement::joined_arms;
 use crate::builder::intersection::street_path::RADIUS_TOLD;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::turn_angle::TURNS_BACK;
-use crate::builder::network::{IntersectionIx, MOST_ARMS, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
 
@@ -202,16 +203,19 @@ pub fn road_inside(MergeNote { key, left, .. }: &MergeNote) -> Finding {
     Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)
 }
 
-/// The intersections where more roads meet than can be joined: their first node, and how many roads.
-pub fn crowded_intersections(network: &RoadNetwork) -> Vec<(i64, usize)> {
-    let crowded = network.intersections.iter().filter(|at| at.arms.len() > MOST_ARMS);
-    crowded.filter_map(|at| Some((*at.nodes.first()?, at.arms.len()))).collect()
+/// The intersections where more roads meet than can be joined: their first node, how many roads, and how many of them are joined.
+pub fn crowded_intersections(network: &RoadNetwork) -> Vec<(i64, [usize; 2])> {
+    let counted = network.intersections.iter().filter_map(|at| {
+        let joined = joined_arms(network, at).into_iter().filter(|joined| *joined).count();
+        Some((*at.nodes.first()?, [at.arms.len(), joined]))
+    });
+    counted.filter(|(_, [all, joined])| joined < all).collect()
 }
 
 /// Says that only some of the roads at a node are joined.
-pub fn too_many_roads(node: i64, count: usize) -> Finding {
+pub fn too_many_roads(node: i64, [count, joined]: [usize; 2]) -> Finding {
     let message = format!(
-        "{count} roads meet at node {node}: too many for one intersection; {MOST_ARMS} of them are joined, the others end before it."
+        "{count} roads meet at node {node}: too many for one intersection; {joined} of them are joined, the others end before it."
     );
     Finding::new("too-many-roads", Subject::Node(node), message).graded(Severity::Warning)
 }

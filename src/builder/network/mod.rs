@@ -72,10 +72,10 @@ pub enum End {
     End,
 }
 
-/// At most this number of roads is joined at one intersection: each leads to each of the others, and all of these lanelets must be kept
-/// off each other. The largest real place known, a crossing of two dual carriageways with bus roads in Seoul, has 17: it is not merged
-/// wholly. With a limit of 18, crowded inputs take up to three times as long.
-pub const MOST_ARMS: usize = 16;
+/// At most this number of directions of roads is joined at one intersection, two for a road of both directions, one for a one-way road:
+/// each that leads in is joined to each that leads out, and all of these lanelets must be kept off each other. The largest real place
+/// known, a crossing of two dual carriageways with bus roads in Seoul, has 17 roads, most of them one-way.
+pub const MOST_DIRECTIONS: usize = 32;
 
 /// Where a road is cut at its start and at its end: distances along its line, metres. Indexed by [`End`].
 pub type Stations = [f64; 2];

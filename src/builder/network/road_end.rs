@@ -93,6 +93,11 @@ pub fn leads_out(network: &RoadNetwork, arm: RoadEnd) -> bool {
     leads_in(network, other_end(arm))
 }
 
+/// In how many directions vehicles pass this road end: in, out, or both.
+pub fn directions(network: &RoadNetwork, arm: RoadEnd) -> usize {
+    usize::from(leads_in(network, arm)) + usize::from(leads_out(network, arm))
+}
+
 /// The same road's other end.
 pub fn other_end(arm: RoadEnd) -> RoadEnd {
     RoadEnd { road: arm.road, end: arm.end.other() }

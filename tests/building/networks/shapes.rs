@@ -444,3 +444,25 @@ fn the_stop_line_of_a_carriageway_goes_on_to_the_middle_of_the_other_one() {
         assert!(!found.iter().any(|code| code == "vm-03-09/end-misaligned"), "{side:?}: {found:?}");
     }
 }
+
+#[test]
+fn a_place_joins_as_many_roads_as_it_has_room_for_directions() {
+    // Two directions of each street, one of a one-way street: 32 are joined.
+    for (tags, roads, joined) in [("oneway=no", 18_i64, Some(16)), ("oneway=yes", 18, None)] {
+        let mut nodes = vec![(1, 0.0, 0.0, "")];
+        let ends: Vec<[i64; 2]> = (0..roads).map(|i| if i % 2 == 0 { [i + 2, 1] } else { [1, i + 2] }).collect();
+        for i in 0..roads {
+            let angle = std::f64::consts::TAU * i as f64 / roads as f64;
+            nodes.push((i + 2, 150.0 * angle.cos(), 150.0 * angle.sin(), ""));
+        }
+        let ways: Vec<(i64, &[i64])> = (100..).zip(ends.iter().map(|ends| &ends[..])).collect();
+        let xml = network(DrivingSide::Right, &nodes, &ways, &format!("highway=residential {tags}"));
+        let built = built(&xml, DrivingSide::Right, "");
+        let told = built.notes.iter().find(|note| note.fault == "too-many-roads");
+        let said = joined.map(|joined| format!("; {joined} of them are joined,"));
+        assert_eq!(told.is_some(), said.is_some(), "{roads} {tags}");
+        if let (Some(told), Some(said)) = (told, said) {
+            assert!(told.message.contains(&said), "{}", told.message);
+        }
+    }
+}

@@ -2,9 +2,9 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::builder::network::road_end::other_end;
+use crate::builder::network::road_end::{directions, other_end};
 use crate::builder::network::{
-    InnerRoad, Intersection, IntersectionIx, Island, MOST_ARMS, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, MOST_DIRECTIONS, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
 use crate::geometry::polygon::convex_hull;
@@ -148,8 +148,9 @@ fn objection(
         return Some(MergeReason::Roundabout);
     }
     let inner = inner_roads(network, members);
-    let arms: usize = members.iter().map(|m| network.intersection(*m).arms.len()).sum();
-    if arms.saturating_sub(2 * inner.len()) > MOST_ARMS {
+    let arms = members.iter().flat_map(|m| &network.intersection(*m).arms);
+    let outer = arms.filter(|arm| inner.binary_search(&arm.road).is_err());
+    if outer.map(|arm| directions(network, *arm)).sum::<usize>() > MOST_DIRECTIONS {
         return Some(MergeReason::Crowded);
     }
     encloses_island(network, members, &inner, options.island).then_some(MergeReason::Island)
