@@ -96,6 +96,11 @@ pub fn sway(poses: &[Pose]) -> f64 {
     (bends(poses).map(f64::abs).sum::<f64>() - turned(poses).abs()) / 2.0
 }
 
+/// The length of a curve, metres.
+pub fn length(poses: &[Pose]) -> f64 {
+    poses.windows(2).map(|w| (w[1].point - w[0].point).norm()).sum()
+}
+
 /// The smallest radius of a curve, metres.
 pub fn radius(poses: &[Pose]) -> f64 {
     let bends = poses.windows(2).map(|w| {

@@ -153,8 +153,9 @@ fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) ->
     beside
 }
 
-/// Whether two lanes share a bound, follow each other, lie on two levels, are a road and a strip at its side, or belong to one
-/// intersection, as lanes of buses may, too: there vm-03-07 judges lanes that cross, diverge or merge.
+/// Whether two lanes share a bound, follow each other, lie on two levels, are a road and a strip at its side, or belong to one place
+/// where streets meet: an intersection, as lanes of buses may, too, of which vm-03-07 judges lanes that cross, diverge or merge; or a
+/// place of a roundabout.
 fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
     let area = declared_area(a);
@@ -165,6 +166,13 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
         || area.is_some() && area == declared_area(b)
+        || is_led_across(map, at, other) && is_led_across(map, other, at)
+}
+
+/// Whether a lane leads from where one begins to where the other ends: who wants to change drives over that one.
+fn is_led_across(map: &MapIndex, from: usize, to: usize) -> bool {
+    let end = map.lanes[to].end.ids;
+    map.siblings(from).any(|across| across != to && map.lanes[across].end.ids == end)
 }
 
 /// Whether a bound of one lane runs along a bound of the other, between streets in the same direction.

@@ -31,6 +31,9 @@ const MOST_MOVEMENTS: usize = 240;
 const HAIRPIN: f64 = 135.0;
 /// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
+/// A smooth curve that is longer than the way along the streets by more than this factor is a detour: a semicircle is, around what
+/// is wider than 13 m.
+const DETOUR_MOST: f64 = 1.05;
 
 /// Finds the movements of an intersection.
 pub fn movements(
@@ -297,7 +300,7 @@ fn has_room_beside(paths: StreetPaths, arms: &[&Arm], all: &[Movement], turn: &M
     all.iter().filter(beside).all(|other| common_ground([ends(turn), ends(other)], around) <= RUNS_INTO)
 }
 
-/// The way of a movement along the streets where its direct centre line is too tight, or sways.
+/// The way of a movement along the streets where its direct centre line is too tight, or sways, or is a detour.
 pub fn along_streets(
     paths: StreetPaths,
     arms: &[&Arm],
@@ -307,7 +310,12 @@ pub fn along_streets(
     let roads = [movement.from, movement.to].map(|arm| arms[arm].at);
     let along = |radius: f64| paths.between(roads, [from.pose, to.pose], radius);
     if is_gentle(direct, TIGHTEST_BACK) && curve::sway(direct) <= SWAY_MOST {
-        return None;
+        // From one street to another beside it a smooth curve can swing out far beyond the road that joins them.
+        let short_enough = |shortest: f64| curve::length(direct) <= DETOUR_MOST * shortest;
+        if paths.intersection.inner.is_empty() || short_enough((to.pose.point - from.pose.point).norm()) {
+            return None;
+        }
+        return along(RADIUS_LEAST).filter(|way| !short_enough(curve::length(way)));
     }
     let told = !from.arrows.is_none() && !is_gentle(direct, TIGHTEST_HAIRPIN);
     along(RADIUS_LEAST).or_else(|| along(RADIUS_TOLD).filter(|_| told))

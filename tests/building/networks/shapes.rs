@@ -466,3 +466,35 @@ fn a_place_joins_as_many_roads_as_it_has_room_for_directions() {
         }
     }
 }
+
+#[test]
+fn a_street_that_joins_a_ring_where_another_leaves_lies_beside_it_without_an_area() {
+    for side in SIDES {
+        // One street runs onto the ring and another from it, both nearly along it, so that who stays on the ring and who crosses from
+        // street to street drive side by side.
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (10, -19.6, 3.8, ""),
+            (11, -35.8, 15.6, ""),
+            (12, -45.5, 33.1, ""),
+            (13, -30.0, 75.0, ""),
+            (20, 19.6, 3.8, ""),
+            (21, 35.8, 15.6, ""),
+            (22, 45.5, 33.1, ""),
+            (23, 30.0, 75.0, ""),
+            (30, -28.0, 1.0, ""),
+            (31, -67.8, -3.2, ""),
+            (32, -126.0, -17.7, ""),
+            (40, 36.9, -3.2, ""),
+            (41, 81.3, -15.1, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 3] = [
+            (50, &[1, 20, 21, 22, 23, 13, 12, 11, 10, 1], "highway=primary_link junction=roundabout"),
+            (51, &[32, 31, 30, 1], "highway=primary oneway=yes"),
+            (52, &[1, 40, 41], "highway=primary_link oneway=yes"),
+        ];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        assert_eq!(map.polygons.len(), 0, "{side:?}");
+        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+    }
+}
