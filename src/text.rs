@@ -3,7 +3,7 @@
 mod nearest;
 mod unified_diff;
 
-pub use nearest::{misspelt, nearest};
+pub use nearest::{misspelt, nearest, rearranged};
 pub use unified_diff::unified_diff;
 
 /// A short string: keys, values, roles. Up to 24 bytes are stored inline.

@@ -21,8 +21,7 @@ pub fn told(mended: &Mended) -> String {
         (mend, more)
     });
     let mut text = grouped("fixed", done);
-    let refused = mended.refused.iter().map(|(mend, reason)| (mend, format!(" ({})", reason.trim_end_matches('.'))));
-    text += &grouped("not kept", refused);
+    text += &not_kept(&mended.refused);
     let [errors, warnings] = mended.after();
     text += &format!("{} fixed", mended.done.len());
     if !mended.refused.is_empty() {
@@ -69,8 +68,62 @@ pub fn change(mended: &Mended) -> String {
     format!("{more}{}, {}{look}", said(errors, "error"), said(warnings, "warning"))
 }
 
-/// Lines of fixes, those of one code that differ in numbers alone in one.
+/// Lines of fixes, those of one code that differ in numbers alone in one; behind each element what is said of it alone.
 fn grouped<'a>(what: &str, fixes: impl Iterator<Item = (&'a Mend, String)>) -> String {
+    let line = |group: &Vec<(&Mend, String)>| {
+        let names = group.iter().take(NAMED).map(|(mend, more)| {
+            let id = mend.subject.id().unwrap_or_default();
+            format!("{id}{}", visible(more))
+        });
+        match &group[..] {
+            [(only, more)] => Some(format!("{}{}\n", one_line(what, only), visible(more))),
+            _ => Some(format!("{}\n", one_line_for_all(what, group, names.collect())?)),
+        }
+    };
+    groups(fixes).iter().filter_map(line).collect()
+}
+
+/// The same for fixes that were not kept: behind each group its reasons, each once.
+fn not_kept(refused: &[(Mend, String)]) -> String {
+    let of_each = refused.iter().map(|(mend, reason)| (mend, reason.trim_end_matches('.').to_owned()));
+    let line = |group: &Vec<(&Mend, String)>| match &group[..] {
+        [(only, reason)] => Some(format!("{} ({})\n", one_line("not kept", only), visible(reason))),
+        _ => {
+            let ids = group.iter().take(NAMED).map(|(mend, _)| mend.subject.id().unwrap_or_default().to_string());
+            let head = one_line_for_all("not kept", group, ids.collect())?;
+            Some(head + "\n" + &reasons(group))
+        }
+    };
+    groups(of_each).iter().filter_map(line).collect()
+}
+
+/// The reasons of a group, those that differ in numbers alone as one, the most frequent first.
+fn reasons(group: &[(&Mend, String)]) -> String {
+    let mut of_each: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for (_, reason) in group {
+        of_each.entry(without_numbers(reason)).or_default().push(reason);
+    }
+    let mut all: Vec<(String, Vec<&str>)> = of_each.into_iter().collect();
+    all.sort_by_key(|(_, those)| std::cmp::Reverse(those.len()));
+    let rest = all.len().saturating_sub(NAMED);
+    let lines = all.iter().take(NAMED).map(|(bare, those)| {
+        let is_same = those.windows(2).all(|pair| pair[0] == pair[1]);
+        let said = those.first().filter(|_| is_same).map_or(bare.as_str(), |reason| *reason);
+        match those.len() {
+            count if count == group.len() => format!("  {}\n", visible(said)),
+            count => format!("  {count} × {}\n", visible(said)),
+        }
+    });
+    let lines: String = lines.collect();
+    match rest {
+        0 => lines,
+        1 => lines + "  and for one reason more\n",
+        count => format!("{lines}  and for {count} reasons more\n"),
+    }
+}
+
+/// Fixes of one code that differ in numbers alone, in groups in the order of their first ones.
+fn groups<'a>(fixes: impl Iterator<Item = (&'a Mend, String)>) -> Vec<Vec<(&'a Mend, String)>> {
     let mut groups: Vec<Vec<(&Mend, String)>> = Vec::new();
     let mut place: BTreeMap<(String, &str, String), usize> = BTreeMap::new();
     for (mend, more) in fixes {
@@ -81,33 +134,24 @@ fn grouped<'a>(what: &str, fixes: impl Iterator<Item = (&'a Mend, String)>) -> S
             None => groups.push(vec![(mend, more)]),
         }
     }
-    let line = |group: &Vec<(&Mend, String)>| {
-        let (first, more) = group.first()?;
-        if group.len() == 1 {
-            return Some(format!(
-                "{what}[{}] {}: {}{}\n",
-                first.code,
-                first.subject,
-                visible(&first.title),
-                visible(more)
-            ));
-        }
-        let is_same = group.iter().all(|(mend, _)| mend.title == first.title);
-        let title = if is_same { first.title.clone() } else { without_numbers(&first.title) };
-        let ids: Vec<String> = group
-            .iter()
-            .take(NAMED)
-            .map(|(mend, more)| format!("{}{}", mend.subject.id().unwrap_or_default(), visible(more)))
-            .collect();
-        let rest = match group.len() - ids.len() {
-            0 => String::new(),
-            count => format!(" and {count} more"),
-        };
-        let kind = first.subject.kind();
-        let (code, count) = (&first.code, group.len());
-        Some(format!("{what}[{code}] {count} × {}: {kind}s {}{rest}\n", visible(&title), ids.join(", ")))
+    groups
+}
+
+fn one_line(what: &str, one: &Mend) -> String {
+    format!("{what}[{}] {}: {}", one.code, one.subject, visible(&one.title))
+}
+
+/// A group in one line with the names of its first elements.
+fn one_line_for_all(what: &str, group: &[(&Mend, String)], names: Vec<String>) -> Option<String> {
+    let (first, _) = group.first()?;
+    let is_same = group.iter().all(|(mend, _)| mend.title == first.title);
+    let title = if is_same { first.title.clone() } else { without_numbers(&first.title) };
+    let rest = match group.len() - names.len() {
+        0 => String::new(),
+        count => format!(" and {count} more"),
     };
-    groups.iter().filter_map(line).collect()
+    let (kind, code, count) = (first.subject.kind(), &first.code, group.len());
+    Some(format!("{what}[{code}] {count} × {}: {kind}s {}{rest}", visible(&title), names.join(", ")))
 }
 
 /// An element that was drawn, in words; `None` for nodes, of which there are many.

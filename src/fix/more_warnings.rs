@@ -1,5 +1,7 @@
 //! Fixes that bring more warnings than they mend errors: they are listed, and made only if somebody asks for it.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::FxHashMap;
 
 use super::finding_counts::FindingCounts;
@@ -14,8 +16,12 @@ struct Balance<'a> {
     errors_come: i64,
     warnings_gone: i64,
     errors_gone: i64,
-    first: Option<&'a Diagnostic>,
+    /// The warnings that come, by code.
+    codes: BTreeMap<&'a str, usize>,
 }
+
+/// So many codes of warnings are named in a reason.
+const NAMED_CODES: usize = 3;
 
 impl Balance<'_> {
     /// How many more warnings it brings than it mends findings.
@@ -29,10 +35,16 @@ impl Balance<'_> {
     }
 
     fn reason(&self) -> String {
-        let (code, message) =
-            self.first.map_or_else(Default::default, |first| (first.code.as_str(), first.finding.message.as_str()));
-        let more = self.excess();
-        format!("it brings {more} more warnings than it mends, --allow-warnings makes it; {code}: {message}")
+        let mut codes: Vec<(&str, usize)> = self.codes.iter().map(|(code, count)| (*code, *count)).collect();
+        codes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let named = codes.iter().take(NAMED_CODES).map(|(code, count)| format!("{count} × {code}"));
+        let named = named.collect::<Vec<_>>().join(", ");
+        let rest = if codes.len() > NAMED_CODES { " and others" } else { "" };
+        let more = match self.excess() {
+            1 => "1 more warning".to_owned(),
+            more => format!("{more} more warnings"),
+        };
+        format!("it brings {more} than it mends, --allow-warnings makes it: {named}{rest}")
     }
 }
 
@@ -59,7 +71,7 @@ pub fn of(
                 true => balance.errors_come += 1,
                 false => {
                     balance.warnings_come += 1;
-                    balance.first.get_or_insert(one);
+                    *balance.codes.entry(&one.code).or_default() += 1;
                 }
             }
         }

@@ -79,7 +79,14 @@ impl Index {
             misspelt(said, keys.map(|(name, _)| name.as_str()))
         };
         // Beside those of its own kind, what somebody wrote on the wrong kind of primitive.
-        nearest(true).or_else(|| nearest(false))
+        nearest(true).or_else(|| nearest(false)).or_else(|| self.key_of_vehicles(said))
+    }
+
+    /// The key that names a kind of vehicle alone: `participant:car` for `participant:vehicle:car`.
+    fn key_of_vehicles(&'static self, said: &str) -> Option<&'static str> {
+        let (head, vehicle) = said.rsplit_once(':')?;
+        let whole = format!("{head}:vehicle:{vehicle}");
+        self.keys.iter().map(|(name, _)| name.as_str()).find(|name| *name == whole)
     }
 }
 
@@ -133,18 +140,21 @@ mod tests {
         for known in ["line_thin", "zig-zag", "intersection_area", "invented", ""] {
             assert_eq!(line(known), None, "{known}");
         }
+        assert_eq!(line("thin_line"), Some(Slip::Value("line_thin")));
         let sub = |kind: &'static str, subtype: &'static str| {
             slip_of(On::LineString, &[("type", kind), ("subtype", subtype)], "subtype")
         };
         assert_eq!(sub("line_thin", "sold"), Some(Slip::Value("solid")));
         assert_eq!(sub("lin_thin", "soild"), Some(Slip::Value("solid")));
         assert_eq!(sub("curbstone", "hihg"), Some(Slip::Value("high")));
+        assert_eq!(sub("line_thin", "dash"), Some(Slip::Value("dashed")));
         assert_eq!(sub("traffic_sign", "de206"), None);
         assert_eq!(sub("traffic_sign", "stop_sgin"), Some(Slip::Value("stop_sign")));
         let lanelet = |key: &'static str, value: &'static str| slip_of(On::Lanelet, &[(key, value)], key);
         assert_eq!(lanelet("turn_directon", "left"), Some(Slip::Key("turn_direction")));
         assert_eq!(lanelet("heigth", "1"), Some(Slip::Key("height")));
         assert_eq!(lanelet("participant_vehicle", "yes"), Some(Slip::Key("participant:vehicle")));
+        assert_eq!(lanelet("speed_limit:car", "0"), Some(Slip::Key("speed_limit:vehicle:car")));
         assert_eq!(lanelet("subtype", "Road"), Some(Slip::Value("road")));
         assert_eq!(lanelet("one_way", "ture"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));
         assert_eq!(lanelet("one_way", "1"), Some(Slip::Form(Form::YesNo, Some("yes".to_owned()))));

@@ -10,7 +10,7 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::vocabulary::{Form, On, Slip, roles, slip};
 use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId};
 use crate::parallel::Finely;
-use crate::text::{SourceSpan, Text, counted, misspelt};
+use crate::text::{SourceSpan, Text, counted, misspelt, rearranged};
 
 use super::NoParams;
 use super::load::name;
@@ -160,8 +160,8 @@ fn is_judged_elsewhere(it: &Tagged, is_known: bool, key: &str, value: &str) -> b
         (On::LineString, "type") => vm_07_02::meant(value).is_some(),
         // vm-01-01.
         (On::Lanelet, "one_way" | "location") => it.tags.is("subtype", "road"),
-        // vm-04-02.
-        (On::LineString, "height") => it.tags.is("type", "traffic_light"),
+        // vm-04-02; but of 1,25 it reads 1.
+        (On::LineString, "height") => it.tags.is("type", "traffic_light") && !value.contains(','),
         _ => false,
     }
 }
@@ -184,7 +184,8 @@ fn unread<'m>(
 }
 
 fn meant(of: &str, role: &str) -> Option<&'static str> {
-    misspelt(role, roles(of)?.iter().map(String::as_str))
+    let words = || roles(of).into_iter().flatten().map(String::as_str);
+    misspelt(role, words()).or_else(|| rearranged(role, words()))
 }
 
 fn misspelt_roles(map: &MapIndex) -> Vec<Finding> {

@@ -23,6 +23,35 @@ pub fn misspelt<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Opt
     slips.min_by_key(|&(far, _)| far).map(|(_, word)| word)
 }
 
+/// The compound word that was meant by its parts in another order (`thin_line`), by a part that no other word has (`zebra`), or by its
+/// beginning (`dash`); `None` where several could be.
+pub fn rearranged<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    const SHORTEST: usize = 4;
+    const MISSING: usize = 3;
+    let parts = |word: &str| {
+        let lower = word.to_lowercase();
+        let mut parts: Vec<String> =
+            lower.split(['_', '-', ' ', ':']).filter(|part| !part.is_empty()).map(str::to_owned).collect();
+        parts.sort_unstable();
+        parts
+    };
+    let (of_said, lower) = (parts(said), said.to_lowercase());
+    if lower.chars().count() < SHORTEST {
+        return None;
+    }
+    let words: Vec<(&str, Vec<String>)> = words.into_iter().map(|word| (word, parts(word))).collect();
+    let only = |is_meant: &dyn Fn(&str, &[String]) -> bool| {
+        let mut meant: Vec<&str> =
+            words.iter().filter(|(word, of)| is_meant(word, of)).map(|(word, _)| *word).collect();
+        meant.dedup();
+        meant.first().copied().filter(|_| meant.len() == 1)
+    };
+    let is_one = of_said.len() == 1;
+    only(&|_, of| of.len() > 1 && of == of_said)
+        .or_else(|| only(&|_, of| is_one && of.len() > 1 && of.contains(&lower)))
+        .or_else(|| only(&|word, of| of.len() == 1 && word.starts_with(&lower) && word.len() - lower.len() <= MISSING))
+}
+
 /// Slips from one word to the other (optimal string alignment), unless they are more than a limit.
 fn slips(a: &[char], b: &[char], limit: usize) -> Option<usize> {
     if a.len().abs_diff(b.len()) > limit {
@@ -90,6 +119,24 @@ mod tests {
             misspelt("no_obstacle_segmentaton_aera", ["no_obstacle_segmentation_area"]),
             Some("no_obstacle_segmentation_area")
         );
+    }
+
+    #[test]
+    fn parts_of_compound_words_are_known() {
+        let words = ["line_thin", "line_thick", "road_border", "zebra_marking", "bike_marking", "dashed", "solid"];
+        for (said, meant) in [
+            ("thin_line", Some("line_thin")),
+            ("thick-line", Some("line_thick")),
+            ("Border", Some("road_border")),
+            ("zebra", Some("zebra_marking")),
+            ("dash", Some("dashed")),
+            ("marking", None),
+            ("line", None),
+            ("so", None),
+            ("roads_border_line", None),
+        ] {
+            assert_eq!(rearranged(said, words), meant, "{said}");
+        }
     }
 
     #[test]

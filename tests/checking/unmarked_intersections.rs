@@ -319,3 +319,25 @@ fn told_of_a_link_at(angle: f64) -> usize {
 fn a_link_that_joins_a_road_as_a_ramp_does_is_no_intersection() {
     assert_eq!([25.0, 45.0].map(told_of_a_link_at), [0, 1]);
 }
+
+/// An oval is a roundabout if nobody crosses it, and who crosses whom is judged otherwise at a roundabout: the second must not be asked
+/// for the first. Here a lane lies on a straight side of the ring, against it.
+#[test]
+fn a_lane_against_an_oval_ring_is_judged() {
+    let mut sheet = Sheet::default();
+    sheet.people_drive_on_the_right();
+    let corner = |radius: f64, at: usize| {
+        let (middle, eighth) = if at < 5 { (-15.0, at) } else { (15.0, at - 1) };
+        let angle = (90.0 + eighth as f64 * 45.0).to_radians();
+        [middle + radius * angle.cos(), radius * angle.sin()]
+    };
+    let [inner, outer] =
+        [15.0, 19.0].map(|radius| sheet.nodes([0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|at| corner(radius, at))));
+    for at in 0..inner.len() {
+        let next = (at + 1) % inner.len();
+        sheet.road(&[inner[at], inner[next]], &[outer[at], outer[next]], "");
+    }
+    let [a, b, c, d] = sheet.nodes([corner(18.0, 5), corner(18.0, 4), corner(14.0, 5), corner(14.0, 4)]);
+    sheet.road(&[a, b], &[c, d], "");
+    assert!(found(&sheet.drawing.data()).iter().any(|one| one.code == "vm-01-13/overlap"));
+}

@@ -115,7 +115,7 @@ impl MapIndex<'_> {
                 meet.then(|| Meeting {
                     lanes: [x, y],
                     cars: cars == [true; 2],
-                    joins: self.ends_with(x, y) || !self.cross(x, conflict),
+                    joins: self.ends_with(x, y) || !self.cross(x, conflict, || self.are_at_roundabout(x, y)),
                 })
             })
         };
@@ -202,9 +202,18 @@ impl MapIndex<'_> {
 
     /// Whether two lanes that overlap come from different approaches: they cross, join, or lead against each other.
     fn meet(&self, x: usize, conflict: &Conflict) -> bool {
+        self.meet_if(x, conflict, || self.are_at_roundabout(x, conflict.other))
+    }
+
+    /// The same where it is known, or must not be asked, whether they are part of a roundabout.
+    fn meet_if(&self, x: usize, conflict: &Conflict, at_roundabout: impl Fn() -> bool) -> bool {
         let [one, other] = [x, conflict.other].map(|lane| &self.lanes[lane]);
         let is_one_road = nearly_continue(one, other) || nearly_continue(other, one);
-        !is_one_road && (self.cross(x, conflict) || lead_head_on(one, other))
+        !is_one_road && (self.cross(x, conflict, at_roundabout) || lead_head_on(one, other))
+    }
+
+    fn are_at_roundabout(&self, x: usize, y: usize) -> bool {
+        self.is_at_roundabout(x) && self.is_at_roundabout(y)
     }
 
     /// Whether two lanes lead to the same lane, or to lanes side by side of one carriageway.
@@ -217,7 +226,7 @@ impl MapIndex<'_> {
     }
 
     /// Whether two lanes that overlap cross, or join at an angle.
-    fn cross(&self, x: usize, conflict: &Conflict) -> bool {
+    fn cross(&self, x: usize, conflict: &Conflict, at_roundabout: impl Fn() -> bool) -> bool {
         let [a, b] = [x, conflict.other].map(|lane| &self.lanes[lane]);
         let apart = |one: Option<Vector>, other: Option<Vector>| {
             one.zip(other).map_or(0.0, |(one, other)| angle_between(one, other).abs().to_degrees())
@@ -234,7 +243,6 @@ impl MapIndex<'_> {
         let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
         // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand. Who leaves a
         // roundabout crosses who joins it from the same street.
-        let at_roundabout = || self.is_at_roundabout(x) && self.is_at_roundabout(conflict.other);
         let is_oncoming = crossing > 180.0 - ALONG && !at_roundabout();
         is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting
     }
@@ -328,13 +336,14 @@ impl MapIndex<'_> {
         }
     }
 
-    /// Whether others do more than join a lane at its end, or join or leave the lane beside it over this one.
+    /// Whether others do more than join a lane at its end, or join or leave the lane beside it over this one. What is a roundabout is told
+    /// by this, and so cannot be asked here.
     pub(super) fn is_crossed(&self, lane: usize) -> bool {
         let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
         let level = |other: usize| self.is_on_one_level(lane, other);
         let Lane { start, end, .. } = self.lanes[lane];
         let is_beside = |other: &Lane| end.touches(&other.end) || start.touches(&other.start);
-        conflicts.any(|one| !is_beside(&self.lanes[one.other]) && self.meet(lane, one) && level(one.other))
+        conflicts.any(|one| !is_beside(&self.lanes[one.other]) && self.meet_if(lane, one, || false) && level(one.other))
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::lanelet::number::number;
-use crate::text::misspelt;
+use crate::text::{misspelt, rearranged};
 
 /// The kinds of primitive that have tags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
@@ -278,7 +278,8 @@ impl Words {
         if matches!(on, On::Lanelet | On::Element | On::Area) || self.types.iter().any(knows) {
             return None;
         }
-        misspelt(value, self.lists(on).flat_map(|list| &list.names).map(String::as_str))
+        let names = || self.lists(on).flat_map(|list| &list.names).map(String::as_str);
+        misspelt(value, names()).or_else(|| rearranged(value, names()))
     }
 
     /// The `subtype` that was meant.
@@ -299,7 +300,9 @@ impl Words {
             || here.iter().flat_map(|list| list.subtypes.iter().flatten()).chain(paint.clone()).map(String::as_str);
         match words().any(|word| word == value) {
             true => None,
-            false => misspelt(value, words()),
+            // Of words for lanelets the rule of what Autoware drives on tells all.
+            false if matches!(on, On::Lanelet | On::Area) => misspelt(value, words()),
+            false => misspelt(value, words()).or_else(|| rearranged(value, words())),
         }
     }
 }
