@@ -27,6 +27,7 @@ mod mirror_image;
 mod official_findings;
 mod official_maps;
 mod planner_attention;
+mod planner_readme;
 mod projections;
 mod routes;
 mod rules;
