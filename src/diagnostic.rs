@@ -134,6 +134,15 @@ pub struct Related {
     pub part: &'static str,
 }
 
+/// A finding that somebody lets be, for a reason: its fix was rejected in a review.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accepted {
+    /// What was found.
+    pub found: Diagnostic,
+    /// In the words of whoever rejected the fix.
+    pub reason: String,
+}
+
 /// One machine-made change to the map. Each variant's sentence names its fields.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "edit")]

@@ -106,6 +106,7 @@ pub(super) fn with_report<T>(
         show: Severity::Warning,
         suppressed: sorted.suppressed,
         known: sorted.known,
+        accepted: &sorted.reasons,
         unproject: Some(&to_globe),
         root: root.as_deref(),
         ..Report::new(&sorted.left, &sources, map)

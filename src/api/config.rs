@@ -8,6 +8,7 @@ use crate::report::failure::Failure;
 use crate::requirement::Requirement;
 use crate::rules;
 use crate::settings::{Document, Profile, Settings};
+use crate::text::nearest;
 use crate::triage;
 
 /// Its name, beside the map or above it.
@@ -144,7 +145,11 @@ fn of_file(file: &Path) -> Result<Settings, Failure> {
     let name = std::env::current_dir().ok().and_then(|here| Some(file.strip_prefix(here).ok()?.to_path_buf()));
     let name = name.as_deref().unwrap_or(file).display().to_string();
     let text = fs::read_to_string(file).map_err(|error| {
-        Failure::new(format!("cannot read {name}: {error}")).about(&name).help("--config takes a file or KEY=VALUE")
+        let help = match file_meant(file) {
+            Some(meant) => format!("did you mean {meant}? --config takes a file or KEY=VALUE"),
+            None => "--config takes a file or KEY=VALUE".to_owned(),
+        };
+        Failure::new(format!("cannot read {name}: {error}")).about(&name).help(help)
     })?;
     let read = of_text(&name, &text);
     if is_link(file) && read.is_err() {
@@ -153,6 +158,18 @@ fn of_file(file: &Path) -> Result<Settings, Failure> {
         return Err(failure.help("put the settings here instead of a link, to see what is wrong with them"));
     }
     read
+}
+
+/// The file in the same folder with nearly the same name.
+fn file_meant(file: &Path) -> Option<String> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = fs::read_dir(folder).ok()?.filter_map(Result::ok).filter(|entry| entry.path().is_file());
+    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort_unstable();
+    let meant = file.with_file_name(nearest(file.file_name()?.to_str()?, names.iter().map(String::as_str))?);
+    let here = std::env::current_dir().ok();
+    let short = here.as_deref().and_then(|here| meant.strip_prefix(here).ok());
+    Some(short.unwrap_or(&meant).display().to_string())
 }
 
 fn of_text(name: &str, text: &str) -> Result<Settings, Failure> {

@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::api::{Checked, Loaded, config, load, read_baseline, write_baseline as write_baseline_file};
-use crate::diagnostic::Severity;
+use crate::diagnostic::{Accepted, Severity};
 use crate::report::failure::Failure;
 use crate::report::{self, HarmlessJson, Next, Report, Totals, visible};
-use crate::triage::{Accepted, Suppressions};
+use crate::triage::Suppressions;
 
 use super::args::{CLEAN, FAILED};
 use super::check_args::{CheckArgs, FormatArg};
@@ -183,8 +183,8 @@ fn people(
     if !left_out.is_empty() {
         writeln!(out, "left out: {}", left_out.join(", "))?;
     }
-    for Accepted { code, subject, reason } in &checked.sorted.reasons {
-        writeln!(out, "  {code} on {subject}: {}", visible(reason))?;
+    for Accepted { found, reason } in &checked.sorted.reasons {
+        writeln!(out, "  {} on {}: {}", found.code, found.finding.subject, visible(reason))?;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::{Entry, Report, TOOL, Totals, VERSION, split_code};
-use crate::diagnostic::{Place, Subject};
+use crate::diagnostic::{Accepted, Place, Subject};
 
 /// Version of the report's shape.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -21,6 +21,7 @@ struct Document<'a> {
     totals: Value,
     rules: Vec<Value>,
     findings: Findings<'a>,
+    accepted: Vec<Value>,
 }
 
 /// Findings that are made one by one as they are written.
@@ -95,7 +96,20 @@ fn document<'a>(report: &'a Report<'a>, entries: &'a [Entry<'a>]) -> Document<'a
         }),
         rules: rules.collect(),
         findings,
+        accepted: report.accepted.iter().map(accepted).collect(),
     }
+}
+
+/// A finding that is left out because somebody lets it be, with the reason.
+fn accepted(one: &Accepted) -> Value {
+    let (found, subject) = (&one.found, one.found.finding.subject);
+    json!({
+        "code": found.code,
+        "severity": found.severity,
+        "primitive": { "kind": subject.kind(), "id": subject.id() },
+        "message": found.finding.message,
+        "reason": one.reason,
+    })
 }
 
 fn finding(entry: &Entry<'_>, referrers: &[Subject]) -> Value {

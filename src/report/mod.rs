@@ -43,7 +43,7 @@ pub use totals::{CodeTotal, Totals};
 pub use verdict::{FailOn, exit_code, worst};
 
 use crate::diagnostic::fingerprint::Fingerprints;
-use crate::diagnostic::{Diagnostic, Severity, Subject};
+use crate::diagnostic::{Accepted, Diagnostic, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::lanelet::referrers::Referrers;
@@ -79,6 +79,8 @@ pub struct Report<'a> {
     pub suppressed: usize,
     /// Findings left out because the baseline knows them.
     pub known: usize,
+    /// Those of them that somebody lets be for a reason.
+    pub accepted: &'a [Accepted],
     /// The way from the plane to the globe.
     pub unproject: Option<Unproject<'a>>,
     /// Paths in reports for code hosts are relative to this directory, the root of the repository; `None` leaves them
@@ -117,6 +119,7 @@ impl<'a> Report<'a> {
             cap: None,
             suppressed: 0,
             known: 0,
+            accepted: &[],
             unproject: None,
             root: None,
         }
@@ -133,6 +136,16 @@ impl<'a> Report<'a> {
                 fingerprint: fingerprints.next(diagnostic),
             })
             .collect()
+    }
+
+    /// The findings that somebody lets be for a reason, each with it.
+    pub fn accepted_entries(&self) -> Vec<(Entry<'a>, &'a str)> {
+        let mut fingerprints = Fingerprints::default();
+        let entry = |Accepted { found, reason }: &'a Accepted| {
+            let position = found.span.as_ref().and_then(|span| self.sources.position(span));
+            (Entry { diagnostic: found, position, fingerprint: fingerprints.next(found) }, reason.as_str())
+        };
+        self.accepted.iter().map(entry).collect()
     }
 
     /// All findings, the worst first, else in the order of the run.

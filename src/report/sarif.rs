@@ -30,14 +30,21 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let mut entries = report.worst_first();
     let found = entries.len();
     entries.truncate(MAX_RESULTS);
-    let (rules, index) = rules(report, &entries);
+    let accepted = report.accepted_entries();
+    let (rules, index) = rules(report, entries.iter().chain(accepted.iter().map(|(entry, _)| entry)));
     let referrers = report.referrers();
     let notifications = (found > entries.len()).then(|| {
         let text =
             format!("{found} findings; the worst {MAX_RESULTS} are in this file. `--format json` has all counts.");
         json!({ "level": "note", "message": { "text": text } })
     });
-    let results: Vec<Value> = entries.iter().map(|entry| result(report, entry, &index, &referrers)).collect();
+    let mut results: Vec<Value> = entries.iter().map(|entry| result(report, entry, &index, &referrers)).collect();
+    // What was rejected in a review: services show it as dismissed, with the reason.
+    results.extend(accepted.iter().map(|(entry, reason)| {
+        let mut result = result(report, entry, &index, &referrers);
+        result["suppressions"] = json!([{ "kind": "external", "status": "accepted", "justification": reason }]);
+        result
+    }));
     let log = json!({
         "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
         "version": "2.1.0",
@@ -56,7 +63,13 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
 }
 
 /// The rules that the results name, in order of first appearance, and the position of each.
-fn rules<'a>(report: &Report<'a>, entries: &[Entry<'a>]) -> (Vec<Value>, FxHashMap<&'a str, usize>) {
+fn rules<'a, 'e>(
+    report: &Report<'a>,
+    entries: impl Iterator<Item = &'e Entry<'a>>,
+) -> (Vec<Value>, FxHashMap<&'a str, usize>)
+where
+    'a: 'e,
+{
     let mut rules = Vec::new();
     let mut index = FxHashMap::default();
     for entry in entries {

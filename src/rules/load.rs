@@ -354,6 +354,9 @@ fn unknown_subtype(subject: Subject, subtype: &str) -> Finding {
             let edits = vec![Edit::SetTag { on: subject, key: "subtype".into(), value: known.into() }];
             finding.fixed_by(format!("set subtype={known}"), false, edits)
         }
-        None => finding,
+        // One element that nobody has registered keeps the whole map from being published.
+        None => {
+            finding.fixed_by("remove the element, which Autoware does not know", false, vec![Edit::Remove { subject }])
+        }
     }
 }

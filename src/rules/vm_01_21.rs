@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostic::{Edit, Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, RoadType};
@@ -38,6 +38,13 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
             findings.push(lane_kinds::renamed(view, finding));
             continue;
         }
+        let crosses = |id| crosses_a_road(map, id);
+        let is_path = fault == "follower" && kind == "walkway" && next.tag("subtype") == Some("walkway");
+        // Beside all roads the pieces of a path are no crossings, and nobody stops before them.
+        let finding = match is_path && !crosses(id) && !crosses(next.id()) {
+            true => finding.graded(Severity::Warning),
+            false => finding,
+        };
         let between = (fault == "other-kind").then(|| kinds.between(at, next.id()));
         findings.push(match between.flatten() {
             Some((lanelet, kind)) => {
@@ -45,7 +52,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
                 finding.fixed_by(format!("set subtype={kind} on {lanelet}, as the lanes around it"), false, edits)
             }
             // A path along the road that is drawn as walkways is a strip for people on foot.
-            None if kind == "walkway" && fault == "follower" && !crosses_a_road(map, id) => {
+            None if kind == "walkway" && fault == "follower" && !crosses(id) => {
                 walkway::as_pedestrian_lane(map, finding, id)
             }
             None => finding,

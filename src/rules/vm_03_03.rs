@@ -28,6 +28,8 @@ const EXACT: f64 = 0.01;
 const CURVATURE_STEP: f64 = 2.0;
 /// Over so many steps the bend of a lane next to a lanelet is measured.
 const BEND_STEPS: usize = 4;
+/// What bends within this distance (m) is one bend of the lane: its bounds lie so far apart, or one of them begins to bend before.
+const ONE_BEND: f64 = 8.0;
 /// A bend goes on if it is at most so many times as tight as that before it.
 const BENDS_ON: f64 = 1.5;
 
@@ -38,8 +40,8 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lane = &map.lanes[movement.lane];
         let Some(center) = &lane.center else { continue };
         findings.extend(widths(map, params, movement.lane, center));
-        findings.extend(kinks(map, params, lane, center));
-        findings.extend(curvature(params, lane, center));
+        let bends = kinks(map, params, lane, center).into_iter().chain(curvature(params, lane, center));
+        findings.extend(one_for_each_bend(bends.collect()));
         findings.extend(jaggedness(map, params, movement.lane, center));
         findings.extend(joints(map, params, movement.lane));
     }
@@ -117,7 +119,41 @@ fn turns(line: &Polyline) -> Vec<f64> {
     line.points().windows(3).map(|w| angle_between(w[1] - w[0], w[2] - w[1]).to_degrees()).collect()
 }
 
-fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+/// A line of a lane that bends too much.
+struct Bend {
+    finding: Finding,
+    place: Point,
+    /// The same in a few words.
+    short: String,
+}
+
+/// One finding for each bend, the worst one, which names what else bends there.
+fn one_for_each_bend(mut bends: Vec<Bend>) -> Vec<Finding> {
+    bends.sort_by_key(|one| std::cmp::Reverse(one.finding.severity));
+    let mut of_each: Vec<(Bend, Vec<Bend>)> = Vec::new();
+    for bend in bends {
+        let same = of_each.iter_mut().find(|(first, _)| (first.place - bend.place).norm() <= ONE_BEND);
+        match same {
+            Some((_, others)) => others.push(bend),
+            None => of_each.push((bend, Vec::new())),
+        }
+    }
+    let one = |(first, others): (Bend, Vec<Bend>)| {
+        let shorts: Vec<&str> = others.iter().map(|other| other.short.as_str()).collect();
+        let mut finding = first.finding;
+        if !shorts.is_empty() {
+            finding.message = format!("{} ({}).", finding.message.trim_end_matches('.'), shorts.join(", "));
+        }
+        let bounds = others.iter().flat_map(|other| &other.finding.related);
+        bounds.fold(finding, |finding, other| match finding.related.contains(other) {
+            true => finding,
+            false => finding.with(other.subject, other.part),
+        })
+    };
+    of_each.into_iter().map(one).collect()
+}
+
+fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec<Bend> {
     let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
         let (bend, place) = sharpest(&line)?;
         let severity = grade(bend, params.kink)?;
@@ -136,7 +172,8 @@ fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec
                 .with(Subject::Point(node.0), "node"),
             _ => finding(format!("{:.0} m", center.project(place).station)),
         };
-        Some(finding.measured(bend, params.kink[0], "deg").at(Place::Point(place)).graded(severity))
+        let finding = finding.measured(bend, params.kink[0], "deg").at(Place::Point(place)).graded(severity);
+        Some(Bend { finding, place, short: format!("{} {bend:.0} deg", name.to_lowercase()) })
     });
     findings.collect()
 }
@@ -157,12 +194,13 @@ fn sharpest(line: &Polyline) -> Option<(f64, Point)> {
     bends.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding> {
+fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Bend> {
     let (radius, place) = curve::tightest_bend(center, CURVATURE_STEP)?;
     let severity = grade(1.0 / radius, params.curvature)?;
     let message = format!("Centre line of {} bends with a radius of {radius:.1} m.", lane.id);
     let finding = Finding::new("curvature", Subject::Lanelet(lane.id.0), message);
-    Some(finding.measured(1.0 / radius, params.curvature[0], "1/m").at(Place::Point(place)).graded(severity))
+    let finding = finding.measured(1.0 / radius, params.curvature[0], "1/m").at(Place::Point(place)).graded(severity);
+    Some(Bend { finding, place, short: format!("radius {radius:.1} m") })
 }
 
 /// Bends to and fro, without those that the directions at the ends require, or without those that go on with the bend of the lane
@@ -315,5 +353,23 @@ mod tests {
         let mut zig_zag = [10.0, -10.0].repeat(4);
         without_bends_that_go_on(&mut zig_zag, &[11.0]);
         assert_eq!(to_and_fro(&zig_zag), 60.0);
+    }
+
+    #[test]
+    fn one_bend_is_one_finding() {
+        let bend = |fault, severity, x: f64, short: &str| {
+            let finding = Finding::new(fault, Subject::Lanelet(1), format!("{short} there."))
+                .with(Subject::LineString(if fault == "kink" { 2 } else { 3 }), "bound")
+                .graded(severity);
+            Bend { finding, place: Point::new(x, 0.0), short: short.to_owned() }
+        };
+        let found = one_for_each_bend(vec![
+            bend("kink", Severity::Warning, 0.0, "left bound 31 deg"),
+            bend("curvature", Severity::Error, 3.0, "radius 1.9 m"),
+            bend("kink", Severity::Warning, 30.0, "left bound 40 deg"),
+        ]);
+        let said: Vec<&str> = found.iter().map(|one| one.message.as_str()).collect();
+        assert_eq!(said, ["radius 1.9 m there (left bound 31 deg).", "left bound 40 deg there."]);
+        assert_eq!((found[0].fault, found[0].related.len()), ("curvature", 2));
     }
 }

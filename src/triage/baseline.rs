@@ -5,11 +5,10 @@ use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnostic::{Diagnostic, Finding, Subject};
+use crate::diagnostic::{Accepted, Diagnostic, Finding, Subject};
 use crate::settings::{PrimitiveKind, Selection};
 
 use super::Sorted;
-use super::sorted::Accepted;
 
 /// Version of the file's shape.
 const SCHEMA_VERSION: u32 = 2;
@@ -177,7 +176,7 @@ impl Baseline {
     fn reason(&self, found: &Diagnostic) -> Option<Accepted> {
         let known = self.known.get(&(found.code.clone(), found.finding.subject))?;
         let reason = known.reason.clone()?;
-        Some(Accepted { code: found.code.clone(), subject: found.finding.subject, reason })
+        Some(Accepted { found: found.clone(), reason })
     }
 }
 

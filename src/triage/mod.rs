@@ -5,7 +5,7 @@ mod baseline;
 mod sorted;
 mod suppress;
 
-pub use sorted::{Accepted, Sorted};
+pub use sorted::Sorted;
 
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::LaneletMap;

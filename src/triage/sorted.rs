@@ -1,6 +1,6 @@
 //! Findings, sorted into those that are reported and those that the user has answered for.
 
-use crate::diagnostic::{Diagnostic, Subject};
+use crate::diagnostic::{Accepted, Diagnostic, Subject};
 
 /// What is left of a run's findings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,17 +13,6 @@ pub struct Sorted {
     pub known: usize,
     /// Those of them for which it gives a reason.
     pub reasons: Vec<Accepted>,
-}
-
-/// A finding that somebody lets be, for a reason: its fix was rejected in a review.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Accepted {
-    /// Code of the finding.
-    pub code: String,
-    /// What it is about.
-    pub subject: Subject,
-    /// In the words of whoever rejected the fix.
-    pub reason: String,
 }
 
 /// The element of the file that a primitive is, whatever it means in Lanelet2.

@@ -1,6 +1,6 @@
 //! Every format of a report is valid by its own schema, and text in a map cannot break out of it.
 
-use lanewright::diagnostic::{Diagnostic, Edit, Finding, Place, Severity, SourceSpan, Subject};
+use lanewright::diagnostic::{Accepted, Diagnostic, Edit, Finding, Place, Severity, SourceSpan, Subject};
 use lanewright::geometry::Point as PlanePoint;
 use lanewright::lanelet::{
     Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point, PointId,
@@ -120,6 +120,9 @@ fn written(writer: Writer, diagnostics: &[Diagnostic], change: impl Fn(&mut Repo
     let sources = Sources::new([(name.as_str(), TEXT)]);
     let requirement = Requirement::parse("vm-03-02", DOCUMENT).unwrap();
     let requirements = [&requirement];
+    let gone = Finding::new("odd", Subject::Lanelet(7), "odd");
+    let accepted =
+        [Accepted { found: diagnostic("x/odd", Severity::Warning, gone), reason: "it stands there".to_owned() }];
     let mut report = Report {
         diagnostics,
         sources: &sources,
@@ -130,6 +133,7 @@ fn written(writer: Writer, diagnostics: &[Diagnostic], change: impl Fn(&mut Repo
         cap: None,
         suppressed: 2,
         known: 3,
+        accepted: &accepted,
         unproject: Some(&|points| Some(points.iter().map(|p| lonlat(p.x, p.y)).collect())),
         root: None,
     };
@@ -162,6 +166,9 @@ fn json_is_as_its_schema_says() {
     let totals = &value["totals"];
     assert_eq!((&totals["error"], &totals["warning"], &totals["info"]), (&1.into(), &3.into(), &1.into()));
     assert_eq!((&totals["suppressed"], &totals["baseline"]), (&2.into(), &3.into()));
+    let accepted = &value["accepted"][0];
+    assert_eq!((&accepted["code"], &accepted["primitive"]["id"]), (&"x/odd".into(), &7.into()));
+    assert_eq!(accepted["reason"], "it stands there");
     let turn = &value["findings"][2];
     assert_eq!(turn["message"], format!("turn {HOSTILE}"));
     assert_eq!(turn["source"], json(r#"{"file":"maps/a b,c%.osm","line":3,"column":3}"#));
@@ -200,6 +207,9 @@ fn sarif_is_valid_by_the_official_schema() {
     let prints: Vec<&Value> =
         run["results"].as_array().unwrap().iter().map(|one| &one["partialFingerprints"]["primitive/v1"]).collect();
     assert_ne!(prints[1], prints[2], "two findings of a kind on one primitive");
+    let dismissed = run["results"].as_array().unwrap().last().unwrap();
+    assert_eq!(dismissed["suppressions"][0]["justification"], "it stands there");
+    assert_eq!(first["suppressions"], Value::Null);
 }
 
 #[test]
@@ -210,7 +220,7 @@ fn sarif_keeps_the_worst_that_code_scanning_keeps() {
     many.push(diagnostic("x/bad", Severity::Error, Finding::new("bad", Subject::Lanelet(1), "bad")));
     let value = json(&written(report::sarif::write, &many, |_| {}));
     let run = &value["runs"][0];
-    assert_eq!(run["results"].as_array().unwrap().len(), report::sarif::MAX_RESULTS);
+    assert_eq!(run["results"].as_array().unwrap().len(), report::sarif::MAX_RESULTS + 1, "and one dismissed");
     assert_eq!(run["results"][0]["ruleId"], "x/bad");
     let note = run["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"].as_str().unwrap();
     assert!(note.contains("6001 findings"), "{note}");

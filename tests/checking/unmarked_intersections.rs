@@ -341,3 +341,23 @@ fn a_lane_against_an_oval_ring_is_judged() {
     sheet.road(&[a, b], &[c, d], "");
     assert!(found(&sheet.drawing.data()).iter().any(|one| one.code == "vm-01-13/overlap"));
 }
+
+/// Two lanes that part and join again around a block: an area over the block would be no intersection.
+#[test]
+fn no_area_is_drawn_over_a_block_between_lanes() {
+    let mut sheet = Sheet::default();
+    sheet.people_drive_on_the_right();
+    let [a, b] = sheet.nodes([[-20.0, 2.0], [-20.0, -2.0]]);
+    let [c, d] = sheet.nodes([[0.0, 2.0], [0.0, -2.0]]);
+    let [e, f] = sheet.nodes([[60.0, 2.0], [60.0, -2.0]]);
+    let [g, h] = sheet.nodes([[80.0, 2.0], [80.0, -2.0]]);
+    sheet.road(&[a, c], &[b, d], "");
+    sheet.road(&[c, e], &[d, f], "turn_direction=straight");
+    let [left, right] = [[[10.0, 30.0], [50.0, 30.0]], [[14.0, 26.0], [46.0, 26.0]]].map(|line| sheet.nodes(line));
+    sheet.road(&[c, left[0], left[1], e], &[d, right[0], right[1], f], "turn_direction=left");
+    sheet.road(&[e, g], &[f, h], "");
+    let found = found(&sheet.drawing.data());
+    let draws = |one: &Edit| matches!(one, Edit::CreateArea { .. });
+    assert!(found.iter().any(|one| one.code == "vm-03-01/turn-without-ia"), "{found:?}");
+    assert!(!found.iter().filter_map(|one| one.finding.fix.as_ref()).any(|fix| fix.edits.iter().any(draws)));
+}

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use geo::Area;
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -25,6 +26,8 @@ pub(super) const SPIKE: f64 = 1.0;
 /// A road border that leads from one vertex to the next is no longer than so many times their distance: it runs around a corner, and not
 /// around a block.
 const LONGEST_BORDER: f64 = 3.0;
+/// Of an area so small a share at least lies under its lanes: where they run around a block of ground, they are no intersection.
+const LEAST_DRAWN: f64 = 0.8;
 /// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
@@ -106,8 +109,29 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
 
     /// The vertices, clockwise, of a simple outline that covers all of the lanes: their end nodes, nodes of road borders along
     /// their edge and around the corners between them, and no others but where a lane would stick out. `None` if there is no such
-    /// outline.
+    /// outline, or if much of it is not under the lanes.
     pub fn around(&self, lanes: &[usize]) -> Option<Outline> {
+        self.drawn_around(lanes).filter(|outline| self.is_mostly_lanes(lanes, outline))
+    }
+
+    /// Whether enough of the ground of an outline lies under its lanes.
+    fn is_mostly_lanes(&self, lanes: &[usize], outline: &Outline) -> bool {
+        let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
+        let under = polygon::ground(&outlines).unsigned_area();
+        under >= LEAST_DRAWN * polygon::signed_area(&self.ring_of(outline)).abs()
+    }
+
+    /// The places of all vertices, in order.
+    fn ring_of(&self, outline: &Outline) -> Vec<Point> {
+        let mut ring: Vec<Point> = outline.points.iter().filter_map(|&id| self.place(id)).collect();
+        for corner in outline.corners.iter().rev() {
+            let at = corner.before.min(ring.len());
+            ring.splice(at..at, self.place_of_corner(corner));
+        }
+        ring
+    }
+
+    fn drawn_around(&self, lanes: &[usize]) -> Option<Outline> {
         let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
         let edge = self.map.filled_union(&outlines)?;
         let edge = Polyline::new(edge.iter().chain(edge.first()).copied())?;
@@ -247,11 +271,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     /// Other lanes for vehicles, buses among them, inside an outline around some lanes.
     fn covered(&self, lanes: &[usize], outline: &Outline) -> Vec<usize> {
         let map = self.map;
-        let mut ring: Vec<Point> = outline.points.iter().filter_map(|&id| self.place(id)).collect();
-        for corner in outline.corners.iter().rev() {
-            let at = corner.before.min(ring.len());
-            ring.splice(at..at, self.place_of_corner(corner));
-        }
+        let ring = self.ring_of(outline);
         let [low, high] = super::extent(&ring);
         let height = lanes.iter().map(|&lane| map.lanes[lane].heights[0]).sum::<f64>() / lanes.len().max(1) as f64;
         let is_covered = |&at: &usize| {
