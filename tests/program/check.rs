@@ -105,6 +105,7 @@ fn what_the_settings_get_wrong_is_shown() {
     check(&dir, &["--config", "selct=1"]).fails_saying(&["--config selct=1: unknown key", "did you mean `select`?"]);
     check(&dir, &["--config", "select=vm-03"]).fails_saying(&["KEY=VALUE is TOML"]);
     check(&dir, &["--config", "gone.toml"]).fails_saying(&["cannot read gone.toml"]);
+    write(&dir, "other.toml", "");
     check(&dir, &["--config", "othr.toml"]).fails_saying(&["cannot read othr.toml", "did you mean other.toml?"]);
     check(&dir, &["--config", "parameters.vm-03-08.spike='x'"]).fails_saying(&["vm-03-08", "expected"]);
 }
