@@ -13,6 +13,7 @@ mod placing;
 mod plan_view;
 mod read;
 mod road;
+mod surface;
 #[cfg(test)]
 mod tests;
 

@@ -12,6 +12,7 @@ use super::georeference::georeference;
 use super::junction::{Connection, Controller, Junction, JunctionKind};
 use super::plan_view::{PlanRecord, PlanView, Shape};
 use super::road::{Lane, Road, RoadEnd, RoadLink, RoadMark, Section};
+use super::surface::{LaneHeights, Shapes};
 use super::{Header, OpenDrive};
 
 /// Reads the text of an OpenDRIVE file.
@@ -135,17 +136,13 @@ impl Reading<'_> {
             plan: PlanView::new(records),
             elevation: self.cubics(document.descend(ix, &["elevationProfile", "elevation"]), "s"),
             superelevation: self.cubics(document.descend(ix, &["lateralProfile", "superelevation"]), "s"),
+            shapes: self.shapes(ix),
             lane_offset: self.cubics(document.descend(ix, &["lanes", "laneOffset"]), "s"),
             speeds,
             kind: document.child(ix, "type").map(|kind| self.text(kind, "type")).unwrap_or_default(),
             id,
             ..Road::default()
         };
-        if let Some(shape) = document.descend(ix, &["lateralProfile", "shape"]).first() {
-            let message =
-                format!("road {}: the lateral shape of its surface is not built: its heights lie on a plane", road.id);
-            self.odd(*shape, message);
-        }
         self.sections(ix, &mut road);
         if let Some(damage) = damage(&road) {
             self.odd(ix, format!("road {} {damage}: it is left out", road.id));
@@ -168,10 +165,27 @@ impl Reading<'_> {
         road
     }
 
+    /// Cross-sections: polynomials of one station are one.
+    fn shapes(&mut self, ix: Ix) -> Shapes {
+        let mut parts: Vec<(f64, Ix)> = Vec::new();
+        for shape in self.document.descend(ix, &["lateralProfile", "shape"]) {
+            parts.push((self.number(shape, "s"), shape));
+        }
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let sections = parts.chunk_by(|a, b| a.0 == b.0);
+        Shapes::new(sections.map(|parts| (parts[0].0, self.cubics(parts.iter().map(|part| part.1), "t"))).collect())
+    }
+
     fn road_link(&mut self, ix: Ix, side: &str) -> Option<RoadLink> {
         let document = self.document;
         let link = document.child(document.child(ix, "link")?, side)?;
         let id = Text::from(document.get(link, "elementId")?);
+        if let Some(station) = document.get(link, "elementS") {
+            let message =
+                format!("a road branches off road {id} at s={station}, within it: no lane of the map leads there");
+            self.odd(link, message);
+            return None;
+        }
         match document.get(link, "elementType") {
             Some("junction") => Some(RoadLink::Junction(id)),
             _ => Some(RoadLink::Road(id, self.contact(link))),
@@ -272,6 +286,10 @@ impl Reading<'_> {
             let inner = document.children(it, "restriction").map(|it| self.text(it, "type"));
             access.extend(words.chain(inner).map(|word| (!denied, word)));
         }
+        let mut heights = Vec::new();
+        for height in document.children(ix, "height") {
+            heights.push((self.number(height, "sOffset"), self.numbers(height, ["inner", "outer"])));
+        }
         let kind = self.text(ix, "type");
         let direction = document.get(ix, "direction");
         Lane {
@@ -281,6 +299,7 @@ impl Reading<'_> {
             kind,
             widths: self.cubics(document.children(ix, "width").collect::<Vec<_>>(), "sOffset"),
             borders: self.cubics(document.children(ix, "border").collect::<Vec<_>>(), "sOffset"),
+            heights: LaneHeights::new(heights),
             links,
             speeds,
             marks: self.marks(ix),

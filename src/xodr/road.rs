@@ -5,6 +5,7 @@ use crate::text::Text;
 use super::cubic::Cubics;
 use super::furniture::{Object, Signal, SignalReference};
 use super::plan_view::PlanView;
+use super::surface::{LaneHeights, Shapes};
 
 /// A place in the file's own metres: east, north, height.
 pub type Place = [f64; 3];
@@ -48,6 +49,8 @@ pub struct Road {
     pub elevation: Cubics,
     /// Roll of the cross-section, radians: positive falls to the right.
     pub superelevation: Cubics,
+    /// What its surface adds to the plane that the roll gives.
+    pub shapes: Shapes,
     /// Offset of the lanes from the reference line, metres, to the left.
     pub lane_offset: Cubics,
     /// Stations from which on a speed limit holds, with the limit, km/h; `None`: no limit is said.
@@ -90,6 +93,8 @@ pub struct Lane {
     pub widths: Cubics,
     /// Offset of its outer border from the centre lane, in place of widths.
     pub borders: Cubics,
+    /// What its surface adds to that of the road.
+    pub heights: LaneHeights,
     /// Lanes that it continues, at its start and at its end.
     pub links: [Vec<i64>; 2],
     /// Speed limits, km/h, by the distance from the begin of the section from which on they hold.
@@ -178,6 +183,20 @@ impl Section {
         side * (self.offset(road, lane, station) - self.offset(road, inner(lane), station))
     }
 
+    /// The height of a border at a station above the surface of the road, metres: that of a lane beside it that `counts`, else of the
+    /// lane on the side of the centre.
+    pub fn lift(&self, border: i64, station: f64, counts: impl Fn(i64) -> bool) -> f64 {
+        let (own, behind) = if border == 0 { (-1, 1) } else { (border, border + border.signum()) };
+        let at = |id: i64| {
+            let lane = self.lane(id).filter(|_| counts(id))?;
+            Some(lane.heights.at(station - self.span[0], id == border))
+        };
+        at(own)
+            .or_else(|| at(behind))
+            .or_else(|| Some(self.lane(own)?.heights.at(station - self.span[0], own == border)))
+            .unwrap_or(0.0)
+    }
+
     /// The paint of a border at a station; `None` where nothing is said.
     pub fn mark(&self, border: i64, station: f64) -> Option<&RoadMark> {
         let marks = match border {
@@ -204,7 +223,7 @@ impl Road {
         [
             at.point.x - sin * across,
             at.point.y + cos * across,
-            self.elevation.at(station, station) + offset * roll.sin(),
+            self.elevation.at(station, station) + offset * roll.sin() + self.shapes.at(station, offset),
         ]
     }
 

@@ -13,6 +13,7 @@ mod heights;
 mod lane_stitching;
 mod networks;
 mod opendrive;
+mod opendrive_joints;
 mod opendrive_lanes;
 mod opendrive_signals;
 mod pictures;

@@ -12,16 +12,16 @@ use crate::common::program::lanewright;
 pub type LaneText = (i64, f64, f64, i64, i64);
 
 /// A road: id, junction, predecessor and successor with their contact points, its geometry, and its sections with their stations.
-struct RoadText<'a> {
-    id: &'a str,
-    junction: &'a str,
-    links: [&'a str; 2],
-    geometry: &'a str,
-    length: f64,
-    sections: &'a [(f64, &'a [LaneText])],
+pub struct RoadText<'a> {
+    pub id: &'a str,
+    pub junction: &'a str,
+    pub links: [&'a str; 2],
+    pub geometry: &'a str,
+    pub length: f64,
+    pub sections: &'a [(f64, &'a [LaneText])],
 }
 
-fn text(roads: &[RoadText], rest: &str) -> String {
+pub fn text(roads: &[RoadText], rest: &str) -> String {
     let mut out = String::from("<OpenDRIVE><header revMajor=\"1\" revMinor=\"6\"/>\n");
     for road in roads {
         let link = |side: &str, words: &str| match words.split_once(' ') {
@@ -59,7 +59,7 @@ fn text(roads: &[RoadText], rest: &str) -> String {
     out + rest + "</OpenDRIVE>"
 }
 
-fn line(x: f64, y: f64, length: f64) -> String {
+pub fn line(x: f64, y: f64, length: f64) -> String {
     format!("<geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"0\" length=\"{length}\"><line/></geometry>")
 }
 
@@ -67,7 +67,7 @@ pub fn built(text: &str) -> BuiltMap {
     build(Input::bytes("survey.xodr", text), &LayoutOptions::default()).unwrap()
 }
 
-fn roads(map: &BuiltMap) -> Vec<&Lanelet> {
+pub fn roads(map: &BuiltMap) -> Vec<&Lanelet> {
     map.built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")).collect()
 }
 

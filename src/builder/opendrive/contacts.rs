@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::text::Text;
 use crate::xodr::{Connection, Junction, JunctionKind, OpenDrive, Road, RoadEnd, RoadLink};
 
-use super::stretches::{CutRoad, MICRO};
+use super::stretches::CutRoad;
 
 /// The end of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,6 +25,8 @@ pub struct Contact {
     pub ends: [LaneEnd; 2],
     /// From 1.
     pub line: usize,
+    /// Whether a road lies between that is too short for lanelets.
+    pub bridged: bool,
 }
 
 /// Something in the links that leads nowhere.
@@ -72,14 +74,9 @@ pub fn contacts(file: &OpenDrive, cut: &[CutRoad], first: &[usize]) -> Contacts 
     found
 }
 
-/// Whether a road is so short that its lanes are no lanelets: those before and behind it meet.
-pub fn is_micro(cut: &CutRoad) -> bool {
-    matches!(&cut.stretches[..], [only] if only.span[1] - only.span[0] < MICRO)
-}
-
-/// The contacts over roads of no length.
+/// The contacts over roads that are dissolved.
 fn bridged(mut all: Vec<Contact>, cut: &[CutRoad], first: &[usize]) -> Vec<Contact> {
-    for (_, &stretch) in cut.iter().zip(first).filter(|(cut, _)| is_micro(cut)) {
+    for (_, &stretch) in cut.iter().zip(first).filter(|(cut, _)| cut.dissolved) {
         let (own, others): (Vec<Contact>, Vec<Contact>) =
             all.into_iter().partition(|contact| contact.ends.iter().any(|end| end.stretch == stretch));
         all = others;
@@ -99,7 +96,7 @@ fn bridged(mut all: Vec<Contact>, cut: &[CutRoad], first: &[usize]) -> Vec<Conta
         for lane in lanes {
             for (a, line) in reached(false, lane) {
                 for (b, _) in reached(true, lane).into_iter().filter(|(b, _)| *b != a) {
-                    all.push(Contact { ends: [a.min(b), a.max(b)], line });
+                    all.push(Contact { ends: [a.min(b), a.max(b)], line, bridged: true });
                 }
             }
         }
@@ -110,7 +107,7 @@ fn bridged(mut all: Vec<Contact>, cut: &[CutRoad], first: &[usize]) -> Vec<Conta
 impl Finder<'_> {
     fn add(&mut self, a: LaneEnd, b: LaneEnd, line: usize) {
         if a != b {
-            self.found.all.push(Contact { ends: [a.min(b), a.max(b)], line });
+            self.found.all.push(Contact { ends: [a.min(b), a.max(b)], line, bridged: false });
         }
     }
 

@@ -7,7 +7,7 @@ use crate::diagnostic::{Finding, Severity};
 use crate::settings::{BesideSettings, BicycleLanes};
 use crate::xodr::{self, Lane, Road, Section};
 
-use super::contacts::{Contact, LaneEnd, contacts, is_micro};
+use super::contacts::{Contact, LaneEnd, contacts};
 use super::lane_use::{LaneUse, sides};
 use super::lines::{Lines, One, SideRun, StretchLanes};
 use super::nodes::{EndNodes, Nodes};
@@ -16,6 +16,7 @@ use super::scene::{Drawn, Piece, Scene, note};
 use super::shapes;
 use super::stretches::{ONE_BORDER, section_at, strip};
 use super::unlinked;
+use super::wrong_ends;
 
 /// A way through a junction that is narrower than this everywhere, metres, is none.
 const NO_WIDTH: f64 = 0.3;
@@ -26,6 +27,8 @@ const CYCLING: f64 = 20.0;
 const CRAWLING: f64 = 10.0;
 /// A shoulder narrower than this, metres, is a part of the border: nobody can halt there.
 const NARROW_SHOULDER: f64 = 1.0;
+/// A shoulder or a lane for bicycles shorter than this, metres, is none: it lies beside a piece of road between two others.
+const SHORT_STRIP: f64 = 2.0;
 /// A lane for bicycles narrower than this, metres, is none.
 const NARROW_BICYCLES: f64 = 0.8;
 
@@ -77,9 +80,10 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
             StretchLanes { driven, sides, stands }
         })
         .collect();
-    let (mut unlinked, mut told) = unlinked::meeting(scene, &lanes, &found.all);
+    let (mut all_contacts, mut told) = wrong_ends::righted(scene, &lanes, found.all);
     drawn.notes.append(&mut told);
-    let mut all_contacts = found.all;
+    let (mut unlinked, mut told) = unlinked::meeting(scene, &lanes, &all_contacts);
+    drawn.notes.append(&mut told);
     all_contacts.append(&mut unlinked);
     all_contacts.sort_unstable();
     let ends = meeting_ends(scene, &all_borders, &lanes, &all_contacts, &mut drawn.notes);
@@ -190,13 +194,14 @@ fn unsaid_speeds(scene: &Scene, lanes: &[StretchLanes], notes: &mut Vec<Finding>
 fn used<'a>(scene: &'a Scene, stretch: usize) -> Vec<(&'a Lane, LaneUse)> {
     let it = scene.stretches[stretch];
     let lanes = scene.section(stretch).lanes.iter().filter(|lane| it.driven.contains(&lane.id));
-    if is_micro(&scene.cut[it.road]) { Vec::new() } else { lanes.map(|lane| (lane, LaneUse::of(lane))).collect() }
+    if scene.cut[it.road].dissolved { Vec::new() } else { lanes.map(|lane| (lane, LaneUse::of(lane))).collect() }
 }
 
 /// The strips beside the driven lanes that become lanelets: shoulders with parked cars, and lanes for bicycles.
 fn side_runs(scene: &Scene, stretch: usize, driven: &[(&Lane, LaneUse)], beside: &BesideSettings) -> Vec<SideRun> {
     let (road, sections) = (scene.road(stretch), scene.sections(stretch));
-    if road.junction.is_some() || driven.is_empty() {
+    let [from, to] = scene.stretches[stretch].span;
+    if road.junction.is_some() || driven.is_empty() || to - from < SHORT_STRIP {
         return Vec::new();
     }
     let mut runs = Vec::new();

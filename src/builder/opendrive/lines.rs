@@ -13,15 +13,15 @@ use crate::xodr::{Lane, Place};
 
 use super::lane_use::{LaneUse, sides};
 use super::marks::{self, Beside};
-use super::nodes::{BorderEnd, EndNodes};
+use super::nodes::{BorderEnd, EndNodes, WELD};
 use super::plane::Plane;
 use super::sampling;
 use super::scene::{Drawn, DrawnLane, Piece, Scene, note};
 
 /// Points closer than this to the end of their line, metres, are left out: the end may have been moved a little.
 const BESIDE_END: f64 = 0.05;
-/// Borders of two roads between the same nodes that lie this close, metres, in the plane and in height, are one line.
-const TWIN: f64 = 0.01;
+/// A border that ends off its node is drawn to it over so many times the distance.
+const DRAWN_OVER: f64 = 10.0;
 /// Heights are whole tenths of millimetres, as in all maps.
 const STEPS: f64 = 1e4;
 
@@ -233,13 +233,13 @@ impl<'a> Lines<'a> {
             stations.len() == heights.len()
                 && other.iter().all(|id| {
                     let station = line.project(assembly.position(*id)).station;
-                    (height_at(&stations, &heights, station) - assembly.height(*id)).abs() <= TWIN
+                    (height_at(&stations, &heights, station) - assembly.height(*id)).abs() <= WELD
                 })
         };
         self.between.get(&ends)?.iter().find_map(|&line| {
             let ids = assembly.bound_ids(Bound { line, inverted: false });
             let other = place(&ids)?;
-            let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= TWIN);
+            let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= WELD);
             let bound = Bound { line, inverted: ids.first() != points.first() };
             let near = near(&own, &other) && near(&other, &own);
             let high = || as_high(points, &own, &ids) && as_high(&ids, &other, points);
@@ -255,11 +255,12 @@ impl<'a> Lines<'a> {
         if self.inner.contains_key(&(stretch, border)) {
             return (first, last);
         }
-        let mut places = sampling::border(scene, stretch, border);
-        places.pop();
+        let places = drawn_to(sampling::border(scene, stretch, border), [from, to]);
         let far_from_ends =
             |at: &Place| [from, to].iter().all(|end| (at[0] - end[0]).hypot(at[1] - end[1]) > BESIDE_END);
-        let inner: Vec<Place> = places.into_iter().skip(1).filter(far_from_ends).collect();
+        let end = places.len().saturating_sub(1);
+        let inner = places.into_iter().enumerate().filter(|(i, at)| (1..end).contains(i) && far_from_ends(at));
+        let inner: Vec<Place> = inner.map(|(_, at)| at).collect();
         let key = scene.key("border", stretch).number(border);
         let mut points = Vec::with_capacity(inner.len());
         for ((at, height), number) in scene.plane.to_map(&inner).into_iter().zip(0..) {
@@ -343,6 +344,32 @@ fn upright(assembly: &MapBuilder, points: [Vec<PointId>; 2], directions: &[(i8, 
         }
     }
     None
+}
+
+/// The places of a border that ends at these nodes. Where a node lies off the border's own end, as at a gap in the file, the border is drawn
+/// to it little by little: it would run back there, or bend.
+fn drawn_to(mut places: Vec<Place>, nodes: [Place; 2]) -> Vec<Place> {
+    let flat = |a: Place, b: Place| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let length: f64 = places.windows(2).map(|pair| flat(pair[0], pair[1])).sum();
+    for node in nodes {
+        let Some(own) = places.first().copied() else { return places };
+        let shift: Place = std::array::from_fn(|i| node[i] - own[i]);
+        let reach = (DRAWN_OVER * flat(node, own)).min(length / 3.0);
+        if flat(node, own) > WELD && reach > WELD {
+            // The place up to which it is drawn off.
+            if let Some(beyond) = places.iter().position(|place| flat(*place, own) > reach) {
+                let [a, b] = [places[beyond - 1], places[beyond]];
+                let part = ((reach - flat(a, own)) / flat(a, b)).clamp(0.0, 1.0);
+                places.insert(beyond, std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part));
+            }
+            for place in &mut places {
+                let share = (1.0 - flat(*place, own) / reach).max(0.0);
+                place.iter_mut().zip(shift).for_each(|(at, shift)| *at += shift * share);
+            }
+        }
+        places.reverse();
+    }
+    places
 }
 
 /// Adds a point of the file.

@@ -21,6 +21,7 @@ mod signals;
 mod stop_lines;
 mod stretches;
 mod unlinked;
+mod wrong_ends;
 
 use crate::diagnostic::{Finding, Severity};
 use crate::geometry::Point;

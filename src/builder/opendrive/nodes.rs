@@ -9,8 +9,6 @@ use super::lane_use::sides;
 
 /// Ends of borders up to this far from each other, metres, are one place: its mean.
 pub const WELD: f64 = 0.05;
-/// Ends of borders of unlinked lanes up to this far from each other, metres, are one place.
-const TOUCH: f64 = 0.01;
 /// Ends of borders of linked lanes farther apart than this, metres, stay apart: there is no way on.
 pub const FARTHEST: f64 = 1.5;
 
@@ -123,7 +121,9 @@ impl Nodes {
             if joined {
                 pairs.into_iter().for_each(|[a, b]| self.unite(a, b));
             }
-            gaps.push(Gap { contact, distance, joined });
+            if !(joined && contact.bridged) {
+                gaps.push(Gap { contact, distance, joined });
+            }
         }
         gaps
     }
@@ -136,7 +136,7 @@ impl Nodes {
             lanes.into_iter().filter(|end| end.lane != 0 && sides(end.lane).contains(&border)).find(|end| driven(*end))
         };
         let mut by_cell: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-        let cell = |[x, y, _]: Place| [x, y].map(|it| (it / TOUCH).floor() as i64);
+        let cell = |[x, y, _]: Place| [x, y].map(|it| (it / WELD).floor() as i64);
         let own: Vec<usize> = (0..self.ends.len()).filter(|&at| beside(self.ends[at]).is_some()).collect();
         for &at in &own {
             by_cell.entry(cell(self.places[at])).or_default().push(at);
@@ -147,8 +147,8 @@ impl Nodes {
             let near: Vec<usize> = around.filter_map(|cell| by_cell.get(&cell)).flatten().copied().collect();
             for b in near.into_iter().filter(|&b| b > a) {
                 let lie = self.ends[b].0 != self.ends[a].0
-                    && distance(self.places[a], self.places[b]) <= TOUCH
-                    && (self.places[a][2] - self.places[b][2]).abs() <= TOUCH;
+                    && distance(self.places[a], self.places[b]) <= WELD
+                    && (self.places[a][2] - self.places[b][2]).abs() <= WELD;
                 if lie && self.root(a) != self.root(b) && !self.closes_lane(a, b) && !self.leads_on(a, b) {
                     self.unite(a, b);
                 }

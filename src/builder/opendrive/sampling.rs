@@ -25,7 +25,7 @@ pub fn border(scene: &Scene, stretch: usize, border: i64) -> Vec<Place> {
         // Of two sections that meet, the one before counts at the end of the border, the one behind elsewhere.
         let ends = station >= to && sections.get(last).is_some_and(|section| section.span[0] >= to);
         let section = section_at(if ends { &sections[..last.max(1)] } else { &sections }, station);
-        section.map_or([0.0; 3], |section| road.place(station, scene.offset(stretch, section, border, station)))
+        section.map_or([0.0; 3], |section| scene.border_place(stretch, section, border, station))
     };
     let mut stations = knots(road, &sections, [from, to]);
     stations.push(to);
@@ -67,9 +67,13 @@ fn unfolded(road: &Road, line: Vec<(f64, Place)>) -> Vec<Place> {
 fn knots(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64> {
     let mut all: Vec<f64> = road.plan.records().iter().map(|record| record.start).collect();
     all.extend(road.elevation.starts().chain(road.superelevation.starts()).chain(road.lane_offset.starts()));
+    all.extend(road.shapes.stations());
     for section in sections {
         all.push(section.span[0]);
-        let starts = section.lanes.iter().flat_map(|lane| lane.widths.starts().chain(lane.borders.starts()));
+        let starts = section
+            .lanes
+            .iter()
+            .flat_map(|lane| lane.widths.starts().chain(lane.borders.starts()).chain(lane.heights.starts()));
         all.extend(starts.map(|start| section.span[0] + start));
     }
     all.retain(|station| *station > from + SHORTEST && *station < to - SHORTEST);

@@ -151,9 +151,15 @@ impl Scene<'_> {
         let sections = self.sections(stretch);
         let [from, to] = self.stretches[stretch].span;
         let station = if far { to } else { from };
-        let road = self.road(stretch);
         let section = if far { sections.last() } else { sections.first() };
-        section.map_or([0.0; 3], |section| road.place(station, self.offset(stretch, section, border, station)))
+        section.map_or([0.0; 3], |section| self.border_place(stretch, section, border, station))
+    }
+
+    /// The place of the outer border of a lane in a section of a stretch.
+    pub fn border_place(&self, stretch: usize, section: &Section, border: i64, station: f64) -> Place {
+        let driven = &self.stretches[stretch].driven;
+        let [x, y, z] = self.road(stretch).place(station, self.offset(stretch, section, border, station));
+        [x, y, z + section.lift(border, station, |lane| driven.contains(&lane))]
     }
 
     /// The offset of the outer border of a lane in a section of a stretch, metres to the left, with a hair of width for each lane that

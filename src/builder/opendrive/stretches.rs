@@ -9,7 +9,9 @@ use super::lane_use::{LaneUse, sides};
 use super::signal_use::{AT_CUT, lights_between, stop_stations};
 
 /// Sections and roads shorter than this, metres, are dissolved: exporters leave some of a micrometre.
-pub const MICRO: f64 = 0.1;
+const MICRO: f64 = 0.1;
+/// Roads shorter than this, metres, that join two others are dissolved: Lanelet2 takes ends so near to each other for a map that is broken.
+const SHORT_ROAD: f64 = 0.5;
 /// Paint and speed limits that change closer than this, metres, to another change are those of the stretch before.
 const SHORTEST: f64 = 2.0;
 
@@ -55,6 +57,8 @@ pub struct CutRoad {
     pub links: Vec<Vec<[i64; 2]>>,
     /// In order along the road.
     pub stretches: Vec<Stretch>,
+    /// Whether it is so short that its lanes are no lanelets: those before and behind it meet.
+    pub dissolved: bool,
 }
 
 /// Cuts a road.
@@ -62,7 +66,7 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
     let Some(road) = file.roads.get(index) else { return CutRoad::default() };
     let kept = kept(road);
     let links: Vec<Vec<[i64; 2]>> = kept.windows(2).map(|pair| linked(road, pair[0], pair[1])).collect();
-    let mut cut = CutRoad { kept, links, stretches: Vec::new() };
+    let mut cut = CutRoad { kept, links, ..CutRoad::default() };
     let Some(&first) = cut.kept.first() else { return cut };
     let start_of = |at: usize| road.sections[cut.kept[at]].span[0];
     // Where lanes change, a stretch must end; elsewhere, it ends where paint or speed changes, if that is far enough from other ends.
@@ -110,6 +114,8 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
         let driven = driven(road, &sections_between(road, &cut.kept, [from, to]), [from, to], connecting);
         cut.stretches.push(Stretch { road: index, span: [from, to], sections, first_section, part, driven });
     }
+    let joins = road.links.iter().all(Option::is_some);
+    cut.dissolved = cut.stretches.len() == 1 && road.length < if joins { SHORT_ROAD } else { MICRO };
     cut
 }
 

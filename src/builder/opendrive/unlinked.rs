@@ -69,7 +69,7 @@ pub fn meeting(scene: &Scene, lanes: &[StretchLanes], known: &[Contact]) -> (Vec
             found.insert([exit.end.min(*other), exit.end.max(*other)], scene.road(exit.end.stretch).line);
         }
     }
-    let contacts: Vec<Contact> = found.into_iter().map(|(ends, line)| Contact { ends, line }).collect();
+    let contacts: Vec<Contact> = found.into_iter().map(|(ends, line)| Contact { ends, line, bridged: false }).collect();
     let notes = told(scene, &contacts);
     (contacts, notes)
 }
