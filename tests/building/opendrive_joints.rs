@@ -1,9 +1,9 @@
 //! How roads of small OpenDRIVE files meet: over pieces too short for lanelets, over gaps, at ends that are named wrongly, beside each other.
 
 use lanewright::api::BuiltMap;
-use lanewright::lanelet::Lanelet;
+use lanewright::lanelet::{Lanelet, Polygon};
 
-use super::opendrive_lanes::{LaneText, RoadText, built, errors, line, roads, text, told};
+use super::opendrive_lanes::{LaneText, RoadText, built, errors, junction, line, roads, text, told};
 
 const TWO_WAY: &[(f64, &[LaneText])] = &[(0.0, &[(1, 3.5, 0.0, 1, 1), (-1, 3.5, 0.0, -1, -1)])];
 
@@ -149,4 +149,31 @@ fn lateral_shapes_and_heights_of_lanes_lift_the_borders() {
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
     heights.dedup();
     assert_eq!(heights, [(-3.5, 0.14), (0.0, 0.0), (3.5, 0.2)]);
+}
+
+#[test]
+fn a_way_through_a_junction_that_does_not_reach_its_lane_is_left_out() {
+    // The way back ends 3 m beside the lane that it is linked to.
+    let plain = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let at = plain.find("<road id=\"back\"").unwrap();
+    let moved = plain[at..].replacen("x=\"50\" y=\"0\"", "x=\"50\" y=\"3\"", 1);
+    let text = plain[..at].to_owned() + &moved;
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text);
+    assert_eq!(roads(&map).len() + 1, roads(&built(&plain)).len());
+    assert!(told(&map, "lane 1 of road back does not reach the lane that it is linked to"), "{:?}", map.built.notes);
+}
+
+#[test]
+fn a_ramp_that_leaves_a_road_is_no_intersection() {
+    let plain = junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1);
+    let areas = |text: &str| {
+        let is_area = |polygon: &Polygon| polygon.attributes.is("type", "intersection_area");
+        built(text).built.map.polygons.iter().filter(|polygon| is_area(polygon)).count()
+    };
+    assert_eq!(areas(&plain), 1);
+    let at = plain.find("<road id=\"turn\"").unwrap();
+    let ramp = plain[..at].to_owned() + &plain[at..].replacen("type=\"driving\"", "type=\"offRamp\"", 1);
+    assert_eq!(areas(&ramp), 0);
+    assert_eq!(errors(&ramp), Vec::<String>::new());
 }

@@ -27,12 +27,21 @@ fn signal(id: &str, kind: &str, station: f64, facing: &str) -> String {
 #[test]
 fn a_light_hangs_on_the_lanelet_that_begins_at_its_stop_line() {
     for station in [43.0, 48.2] {
-        hangs_behind(station);
+        hangs_behind(station, |text| text);
     }
 }
 
-fn hangs_behind(station: f64) {
-    let text = with(&[("w", &(signal("line", "294", station, "+") + &signal("light", "1000001", 49.0, "+")))], "", "");
+#[test]
+fn a_light_hangs_behind_a_far_stop_line_though_its_road_is_divided_between() {
+    // Another speed limit divides the lane between the stop line and the junction.
+    let slower = "<speed max=\"50\" unit=\"km/h\"/></type>";
+    let divided = format!("{slower}<type s=\"40\" type=\"town\"><speed max=\"30\" unit=\"km/h\"/></type>");
+    hangs_behind(30.0, |text| text.replacen(slower, &divided, 1));
+}
+
+fn hangs_behind(station: f64, changed: impl Fn(String) -> String) {
+    let signals = signal("line", "294", station, "+") + &signal("light", "1000001", 49.0, "+");
+    let text = changed(with(&[("w", &signals)], "", ""));
     assert_eq!(errors(&text), Vec::<String>::new());
     let map = built(&text).built.map;
     let lights: Vec<_> = map.regulatory_elements.iter().filter(|it| it.subtype == "traffic_light").collect();

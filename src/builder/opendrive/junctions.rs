@@ -19,8 +19,8 @@ use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place, Severity};
-use crate::geometry::{Point, Vector, angle_between};
-use crate::lanelet::index::{JOINING, center_line};
+use crate::geometry::{Point, Vector};
+use crate::lanelet::index::center_line;
 use crate::lanelet::right_of_way::RankedMovement;
 use crate::lanelet::{Attributes, PointId, PolygonId, TurnDirection};
 use crate::settings::{ApproachName, IntersectionSettings, LooseEnds};
@@ -380,22 +380,6 @@ impl<'a> Site<'a> {
                 made.notes.push(note("opendrive-link", junction.line, message));
             }
         }
-    }
-
-    /// Whether vehicles cross, or turn off while others go on.
-    fn needs_area(&self, found: &Conflicts, controls: &[Control]) -> bool {
-        let ruled = controls.iter().any(|control| *control != Control::None);
-        self.paths.iter().enumerate().any(|(at, path)| {
-            let turns = turn_direction(path) != TurnDirection::Straight;
-            let goes_on =
-                |it: &TurningLanelet| it.movement.from == path.movement.from && it.movement.to != path.movement.to;
-            let joins = |it: &TurningLanelet| {
-                (it.movement.to, it.movement.out_lane) == (path.movement.to, path.movement.out_lane)
-                    && angle_between(path.heading, it.heading).abs().to_degrees() <= JOINING
-            };
-            turns && self.paths.iter().any(goes_on)
-                || found.real[at].iter().any(|&other| ruled || !joins(&self.paths[other]))
-        })
     }
 }
 

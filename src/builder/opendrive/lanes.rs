@@ -126,6 +126,17 @@ fn way(
     let Some((lane, used)) = lanes[middle.stretch].driven.iter().find(|(lane, _)| lane.id == middle.lane) else {
         return;
     };
+    let inside = scene.connecting[scene.stretches[begin.stretch].road];
+    let ends =
+        [(begin, false), (end, true)].map(|(piece, far)| LaneEnd { stretch: piece.stretch, far, lane: piece.lane });
+    if inside && ends.into_iter().any(|end| is_cut_off(lines.ends, (lanes, meeting), end)) {
+        let message = format!(
+            "lane {} of road {} does not reach the lane that it is linked to: it is left out",
+            begin.lane, road.id
+        );
+        drawn.notes.push(note("opendrive-gap", road.line, message).graded(Severity::Warning));
+        return;
+    }
     let limit = road.speed(scene.section(middle.stretch), lane, scene.middle(middle.stretch)).unwrap_or(UNSAID_SPEED);
     let borders: Vec<[i64; 2]> = pieces.iter().map(|piece| sides(piece.lane)).collect();
     let mut directions = Vec::new();
@@ -134,7 +145,6 @@ fn way(
             let Piece { stretch, lane } = if far { end } else { begin };
             LaneEnd { stretch, far, lane }
         });
-        let inside = scene.connecting[scene.stretches[begin.stretch].road];
         if lane.both_ways && inside && !leads_through(scene, meeting, ends) {
             let message = format!(
                 "lane {} of road {} is driven both ways, but leads nowhere in one direction, in which it is left out",
@@ -146,6 +156,25 @@ fn way(
         directions.push((direction, direction != road.directions(lane)[0]));
     }
     lines.lanelets(assembly, drawn, lanes, One { pieces, borders, directions, used: *used, limit });
+}
+
+/// Whether the file links an end of a lane to others, but ends in the same nodes as none of them.
+fn is_cut_off(
+    ends: &EndNodes,
+    (lanes, meeting): (&[StretchLanes], &BTreeMap<LaneEnd, Vec<LaneEnd>>),
+    end: LaneEnd,
+) -> bool {
+    let nodes = |end: LaneEnd| {
+        sides(end.lane).map(|border| {
+            let stands = lanes[end.stretch].stands.get(&border).copied().unwrap_or(border);
+            ends.get(&(end.stretch, end.far, stands)).map(|(first, _)| *first)
+        })
+    };
+    let joined = |other: &LaneEnd| {
+        let [high, low] = nodes(*other);
+        nodes(end) == if end.far == other.far { [low, high] } else { [high, low] }
+    };
+    meeting.get(&end).is_some_and(|others| !others.is_empty() && !others.iter().any(joined))
 }
 
 /// Adds the lanelets of the strips beside the driven lanes of a stretch.

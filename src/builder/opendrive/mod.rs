@@ -1,6 +1,7 @@
 //! Room for OpenDRIVE: the lanes of a survey become lanelets between the file's own borders; what makes them intersections is the code
 //! that serves all maps.
 
+mod area_needed;
 mod contacts;
 mod crosswalks;
 mod junctions;

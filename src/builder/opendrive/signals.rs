@@ -11,6 +11,8 @@ use super::stop_lines::{StopLine, stop_lines};
 
 /// From a signal to the junction whose lanelets it controls, metres at most.
 const SIGNAL_TO_JUNCTION: f64 = 120.0;
+/// A stop line is no farther from its junction than this, metres.
+const LINE_TO_JUNCTION: f64 = 40.0;
 
 /// A signal, and the lanes that it speaks to.
 #[derive(Clone, Debug)]
@@ -76,12 +78,22 @@ impl<'a> Furniture<'a> {
         lanes.iter().filter_map(|lane| self.lights.get(lane)).flatten().copied().collect()
     }
 
-    /// The lane before a stop line behind which a lane begins.
-    pub fn before_line(&self, drawn: &Drawn, lane: usize) -> Option<usize> {
-        match drawn.back[lane][..] {
-            [before] if self.at_end.contains(&before) => Some(before),
-            _ => None,
+    /// Where the last lane before a junction, or one before it on the same road, begins at a stop line: the lane that ends at the line,
+    /// and the one that begins there.
+    pub fn before_line(&self, scene: &Scene, drawn: &Drawn, lane: usize) -> Option<[usize; 2]> {
+        let (mut at, mut gone) = (lane, 0.0);
+        while let [before] = drawn.back[at][..] {
+            if self.at_end.contains(&before) {
+                return Some([before, at]);
+            }
+            let [from, to] = scene.span(&drawn.lanes[at]);
+            gone += to - from;
+            if gone > LINE_TO_JUNCTION || scene.road_of(&drawn.lanes[before]) != scene.road_of(&drawn.lanes[lane]) {
+                break;
+            }
+            at = before;
         }
+        None
     }
 
     /// What controls an approach, by its lanes and those behind: lights, else a stop sign, else a give-way sign.
