@@ -172,8 +172,11 @@ impl Reading<'_> {
             parts.push((self.number(shape, "s"), shape));
         }
         parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let sections = parts.chunk_by(|a, b| a.0 == b.0);
-        Shapes::new(sections.map(|parts| (parts[0].0, self.cubics(parts.iter().map(|part| part.1), "t"))).collect())
+        let sections = parts.chunk_by(|a, b| a.0 == b.0).filter_map(|parts| {
+            let (station, _) = parts.first()?;
+            Some((*station, self.cubics(parts.iter().map(|part| part.1), "t")))
+        });
+        Shapes::new(sections.collect())
     }
 
     fn road_link(&mut self, ix: Ix, side: &str) -> Option<RoadLink> {

@@ -43,7 +43,7 @@ impl LaneHeights {
 
     /// The height of the inner or the outer border so far from the begin of the section, metres.
     pub fn at(&self, distance: f64, outer: bool) -> f64 {
-        between(&self.0, distance, |heights| heights[usize::from(outer)])
+        between(&self.0, distance, |[inner, at_outer]| if outer { *at_outer } else { *inner })
     }
 }
 
