@@ -76,7 +76,7 @@ impl<'a> Drawing<'a> {
             if in_area(lane) || behind.is_empty() && !has_line {
                 continue;
             }
-            if self.furniture.before_line(self.scene, self.drawn, lane).is_some() && !has_line {
+            if self.furniture.at_line(self.scene, self.drawn, lane).is_some() && !has_line {
                 // It begins behind the stop line.
                 continue;
             }
@@ -174,8 +174,8 @@ impl<'a> Drawing<'a> {
             others.into_iter().partition(|&lane| placed.is_between(self.scene, self.drawn, lane));
         let mut found = approaches(self.scene, self.drawn, &near);
         for approach in &mut found {
-            if let Some([before, behind]) = self.furniture.before_line(self.scene, self.drawn, approach.lane) {
-                *approach = Approach { lane: before, behind: vec![behind] };
+            if let Some(at_line) = self.furniture.at_line(self.scene, self.drawn, approach.lane) {
+                *approach = at_line;
             }
         }
         let others = if found.is_empty() { near } else { Vec::new() };

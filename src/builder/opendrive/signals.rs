@@ -79,12 +79,14 @@ impl<'a> Furniture<'a> {
     }
 
     /// Where the last lane before a junction, or one before it on the same road, begins at a stop line: the lane that ends at the line,
-    /// and the one that begins there.
-    pub fn before_line(&self, scene: &Scene, drawn: &Drawn, lane: usize) -> Option<[usize; 2]> {
+    /// and those from there to the junction.
+    pub fn at_line(&self, scene: &Scene, drawn: &Drawn, lane: usize) -> Option<Approach> {
         let (mut at, mut gone) = (lane, 0.0);
+        let mut behind = vec![lane];
         while let [before] = drawn.back[at][..] {
             if self.at_end.contains(&before) {
-                return Some([before, at]);
+                behind.reverse();
+                return Some(Approach { lane: before, behind });
             }
             let [from, to] = scene.span(&drawn.lanes[at]);
             gone += to - from;
@@ -92,6 +94,7 @@ impl<'a> Furniture<'a> {
                 break;
             }
             at = before;
+            behind.push(at);
         }
         None
     }
