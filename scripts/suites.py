@@ -52,6 +52,7 @@ JUDGED = [
     (["impassable"], "nobody gets through"),
     (["oneway=reversible"], "left out until a setting gives it a direction, as OSRM does"),
     (["highway=busway"], "a busway is for buses"),
+    (["hov"], "a map does not know how many people are on board"),
     (["node/bus=no"], "a map has lanes for buses, and none that bars buses alone"),
     (["bus=no"], "a map has lanes for buses, and none that bars buses alone"),
     (["bus:forward=no"], "a map has lanes for buses, and none that bars buses alone"),

@@ -152,6 +152,7 @@ fn section_of_lanes(
             change: lane.change,
             width_guessed: lane.width_guessed || lane.width.is_none(),
             speed: lane.speed,
+            bicycles: lane.bicycles,
         });
     }
     Ok(CrossSection { strips })

@@ -193,6 +193,8 @@ pub struct LaneShape {
     pub change: [Option<bool>; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bicycles: bool,
 }
 
 /// A lane that is no feature of its own.
@@ -210,6 +212,8 @@ pub struct StripShape {
     pub change: [Option<bool>; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bicycles: bool,
 }
 
 fn drive() -> StripKind {

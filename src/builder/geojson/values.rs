@@ -99,6 +99,7 @@ pub fn section_of(lanes: &[StripShape]) -> CrossSection {
         change: lane.change,
         width_guessed: lane.width_guessed,
         speed: lane.speed,
+        bicycles: lane.bicycles,
     };
     CrossSection { strips: lanes.iter().map(strip).collect() }
 }

@@ -227,7 +227,8 @@ impl Streets<'_> {
 
     fn lane(&self, road: usize, index: usize) -> LaneShape {
         let (id, road) = (self.ids[road].clone(), &self.network.roads[road]);
-        let Strip { kind, travel, width, arrows, change, width_guessed, speed } = road.section.strips[index].clone();
+        let Strip { kind, travel, width, arrows, change, width_guessed, speed, bicycles } =
+            road.section.strips[index].clone();
         LaneShape {
             kind: Type::Lane,
             id: Some(FeatureId(Text::from(format!("{}:{index}", id.0)))),
@@ -242,6 +243,7 @@ impl Streets<'_> {
             arrows,
             change,
             speed,
+            bicycles,
         }
     }
 
@@ -415,6 +417,7 @@ fn strips(section: &CrossSection) -> Vec<StripShape> {
         arrows: s.arrows,
         change: s.change,
         speed: s.speed,
+        bicycles: s.bicycles,
     };
     section.strips.iter().map(shape).collect()
 }

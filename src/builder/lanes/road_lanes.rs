@@ -194,12 +194,13 @@ fn lane_attributes(road: &Road, strip: usize, backward: bool) -> Attributes {
     attributes
 }
 
-/// Whether a strip is a bus lane that bicycles may use: `cycleway=share_busway` on its half of the carriageway.
+/// Whether a strip is a bus lane that bicycles may use: by its own tags, or `cycleway=share_busway` on its half of the carriageway.
 fn is_shared_bus_lane(road: &Road, strip: usize) -> bool {
     let section = &road.section;
     let left = section.edge(strip) + section.edge(strip + 1) > 0.0;
     let keys = ["cycleway", "cycleway:both", if left { "cycleway:left" } else { "cycleway:right" }];
-    section.strips[strip].kind == StripKind::Bus && keys.iter().any(|key| road.tags.is(key, SHARES))
+    let by_cycleway = || keys.iter().any(|key| road.tags.is(key, SHARES));
+    section.strips[strip].kind == StripKind::Bus && (section.strips[strip].bicycles || by_cycleway())
 }
 
 /// Bytes that the tags of a lanelet usually take.

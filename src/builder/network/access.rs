@@ -1,6 +1,6 @@
 //! Which ways carry motor vehicles, and who may use them.
 
-use crate::builder::tags::admission::{Admitted, OneWay, admission, closed_by, stated};
+use crate::builder::tags::admission::{Admitted, OF_CARS, OneWay, admission, admits_buses, closed_by, stated};
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Way};
 
@@ -37,13 +37,16 @@ pub(super) enum AccessVerdict<'a> {
 pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
     let tags = &way.tags;
     let Some((class, link)) = tags.get("highway").and_then(class) else {
-        return shared_path(tags).map_or(AccessVerdict::NoRoad, AccessVerdict::LeftOut);
+        return shared_path(tags).or_else(|| bus_path(tags)).map_or(AccessVerdict::NoRoad, AccessVerdict::LeftOut);
     };
     if tags.is("area", "yes") {
         return AccessVerdict::LeftOut("it is an area (area=yes), not a line".into());
     }
     if way.nodes.len() < 2 {
         return AccessVerdict::LeftOut("it has fewer than two nodes".into());
+    }
+    if let Some(told) = no_road_now(tags) {
+        return AccessVerdict::LeftOut(told);
     }
     if let Some((key, value)) = IMPASSABLE.iter().find(|(key, value)| tags.is(key, value)) {
         return AccessVerdict::LeftOut(format!("no car gets through ({key}={value})"));
@@ -66,12 +69,24 @@ pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
 /// Why a way for people or bicycles that admits motor vehicles, too, is left out; `None` for other ways.
 fn shared_path(tags: &Tags) -> Option<String> {
     let highway = tags.get("highway").filter(|highway| PATHS.contains(highway))?;
-    let (key, value) = ["motorcar", "motor_vehicle"].into_iter().find_map(|key| Some((key, tags.get(key)?)))?;
+    let (key, value) = OF_CARS.into_iter().take(3).find_map(|key| Some((key, tags.get(key)?)))?;
     (stated(tags, &[key]) >= Some(Admitted::Private)).then(|| {
         format!(
             "highway={highway} is no road, though cars may use it ({key}={value}); to build it as a private road, give it \
              `highway = \"service\"`, `{key} = \"private\"` and a `maxspeed` under [[road]] in lanewright.toml, or to build all of its \
              kind, `shared_paths = true`"
+        )
+    })
+}
+
+/// Why a way for people or bicycles that admits buses, too, is left out; `None` for other ways.
+fn bus_path(tags: &Tags) -> Option<String> {
+    let highway = tags.get("highway").filter(|highway| PATHS.contains(highway))?;
+    let (key, value) = ["bus", "psv"].into_iter().find_map(|key| Some((key, tags.get(key)?)))?;
+    admits_buses(tags).then(|| {
+        format!(
+            "highway={highway} is no road, though buses may use it ({key}={value}); to build it for buses, give it \
+             `highway = \"busway\"` under [[road]] in lanewright.toml"
         )
     })
 }
@@ -85,7 +100,19 @@ pub(super) fn is_shared_path(tags: &Tags) -> bool {
 const PATHS: [&str; 5] = ["pedestrian", "footway", "cycleway", "path", "bridleway"];
 
 /// Tags of ways that no car gets through.
-const IMPASSABLE: [(&str, &str); 2] = [("smoothness", "impassable"), ("impassable", "yes")];
+const IMPASSABLE: [(&str, &str); 3] = [("smoothness", "impassable"), ("impassable", "yes"), ("status", "impassable")];
+
+/// Why a way is no road today, though `highway` says so: it is being built, planned, or a ferry. Small works leave it open.
+fn no_road_now(tags: &Tags) -> Option<String> {
+    let told = |key: &str, open: &[&str]| {
+        let value = tags.get(key).filter(|value| !open.contains(value))?;
+        Some((key.to_owned(), value.to_owned()))
+    };
+    let works = told("construction", &["no", "minor", "widening"]).map(|it| (it, "it is being built"));
+    let works = works.or_else(|| Some((told("proposed", &["no"])?, "it is planned")));
+    let ferry = || tags.is("route", "ferry").then(|| (("route".into(), "ferry".into()), "it is a ferry"));
+    works.or_else(ferry).map(|((key, value), why)| format!("{why} ({key}={value})"))
+}
 
 /// Why a reversible road is left out.
 const REVERSIBLE: &str = "its direction changes with the hours (oneway=reversible), and a map has none; to build it for one \

@@ -31,7 +31,8 @@ const OPPOSITE: f64 = -0.866;
 const BUS_PIECE: (f64, f64) = (8.0, 0.4);
 
 /// Keys of a node whose values a note tells.
-const TELLING: [&str; 8] = ["barrier", "bollard", "motorcar", "motor_vehicle", "vehicle", "access", "bus", "psv"];
+const TELLING: [&str; 10] =
+    ["barrier", "bollard", "kerb", "locked", "motorcar", "motor_vehicle", "vehicle", "access", "bus", "psv"];
 
 /// Who passes a node that is not open to all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,10 +179,16 @@ fn passage(tags: &Tags) -> Option<Passage> {
         Some(Admitted::Private) => barrier.map(|_| Passage::Private),
         Some(Admitted::Public) => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
         // It sinks for those who have a permit.
+        // Nobody opens it for those who pass by.
+        None if barrier.is_some() && tags.is("locked", "yes") => {
+            Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody })
+        }
         None if tags.is("bollard", "rising") && !admits_buses(tags) => Some(Passage::Private),
         // A fence of sound for cattle.
         None if matches!(tags.get("sensory"), Some("audible" | "audio")) => None,
-        None if barrier.is_some_and(closes) => Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody }),
+        None if barrier.is_some_and(closes) || barrier == Some("kerb") && tags.is("kerb", "raised") => {
+            Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody })
+        }
         None => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
     }
 }
@@ -199,33 +206,44 @@ fn is_plain(tags: &Tags) -> bool {
 fn closes(barrier: &str) -> bool {
     matches!(
         barrier,
-        "block"
+        "barrier_board"
+            | "berm"
+            | "block"
             | "bollard"
             | "boulder"
             | "bus_trap"
             | "chain"
+            | "concrete"
             | "concrete_block"
             | "cycle_barrier"
             | "debris"
+            | "ditch"
             | "fence"
+            | "flowerpot"
             | "full-height_turnstile"
             | "guard_rail"
+            | "half-height_turnstile"
+            | "handrail"
             | "hedge"
+            | "hedge_bank"
             | "horse_stile"
             | "jersey_barrier"
             | "kissing_gate"
             | "log"
             | "motorcycle_barrier"
             | "planter"
+            | "retaining_wall"
             | "rock"
             | "rope"
             | "stile"
             | "sump_buster"
             | "tank_trap"
+            | "tree"
             | "turnstile"
             | "tyres"
             | "wall"
             | "wicket_gate"
+            | "wire_fence"
     )
 }
 

@@ -220,6 +220,12 @@ fn closed_roads_are_named_with_their_tag() {
         ("highway=service service=emergency_access", "service=emergency_access"),
         ("smoothness=impassable", "smoothness=impassable"),
         ("impassable=yes", "impassable=yes"),
+        ("status=impassable", "status=impassable"),
+        ("construction=yes", "construction=yes"),
+        ("proposed=primary", "proposed=primary"),
+        ("route=ferry", "route=ferry"),
+        ("highway=pedestrian vehicle=destination", "vehicle=destination"),
+        ("highway=pedestrian bus=yes", "bus=yes"),
         ("oneway=reversible", "oneway=reversible"),
         ("motor_vehicle=agricultural;forestry", "motor_vehicle=agricultural;forestry"),
         ("access=emergency", "access=emergency"),
@@ -234,8 +240,7 @@ fn closed_roads_are_named_with_their_tag() {
         assert_eq!(slugs(&built), ["way-skipped"], "{text}");
         assert!(notes[0].contains(named), "{text}: {notes:?}");
     }
-    for text in
-        ["access=destination;agricultural", "motor_vehicle=unheard_of", "motor_vehicle=yes;no", "hov=designated"]
+    for text in ["access=destination;agricultural", "motor_vehicle=unheard_of", "hov=designated", "construction=minor"]
     {
         assert_eq!(slugs(&read(text)), [""; 0], "{text}");
     }

@@ -69,6 +69,8 @@ impl OneWay {
 pub(crate) const OF_CARS: [&str; 4] = ["motorcar", "motor_vehicle", "vehicle", "access"];
 /// Access keys of buses.
 const OF_BUSES: [&str; 2] = ["bus", "psv"];
+/// Keys whose values `opposite` and `opposite_lane` say that buses drive against a one-way road.
+pub(crate) const OPPOSITE: [&str; 6] = ["busway", "busway:left", "busway:right", "busway:both", "psv", "bus"];
 
 /// Who may drive a way of this class.
 pub(crate) fn admission(tags: &Tags, class: RoadClass, link: bool) -> Admission {
@@ -78,12 +80,15 @@ pub(crate) fn admission(tags: &Tags, class: RoadClass, link: bool) -> Admission 
     let signed = |keys: &[&str]| keys.iter().find_map(|key| one_way(tags.get(key)?)).unwrap_or(implied);
     let of_cars = signed(&["oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"]);
     let of_buses = signed(&["oneway:bus", "oneway:psv", "oneway:motor_vehicle", "oneway:vehicle", "oneway"]);
+    let opposite = OPPOSITE.iter().any(|key| tags.is(key, "opposite"));
     let toward = |along: bool| {
         let named = |key: &str| tags.get_joined([key, suffix(along)]).and_then(of_value) > Some(Admitted::Nobody);
         match by_access(tags, along) {
             Admitted::Nobody => Admitted::Nobody,
             admitted if admitted > Admitted::Buses && of_cars.allows(along) => admitted,
-            _ if of_buses.allows(along) || OF_BUSES.into_iter().any(named) => Admitted::Buses,
+            _ if of_buses.allows(along) || opposite && !of_cars.allows(along) || OF_BUSES.into_iter().any(named) => {
+                Admitted::Buses
+            }
             _ => Admitted::Nobody,
         }
     };
@@ -136,7 +141,7 @@ pub(crate) fn admits_buses(tags: &Tags) -> bool {
 }
 
 /// Whom the value of an access tag admits; of a list the most. `None` for values that tell nothing of cars.
-fn of_value(value: &str) -> Option<Admitted> {
+pub(crate) fn of_value(value: &str) -> Option<Admitted> {
     value.split(';').filter_map(|word| of_word(word.trim())).max()
 }
 

@@ -156,12 +156,23 @@ pub struct Strip {
     pub width_guessed: bool,
     /// Its own speed limit, km/h, if it differs from lane to lane.
     pub speed: Option<f64>,
+    /// Whether bicycles may use it, too: of a bus lane.
+    pub bicycles: bool,
 }
 
 impl Strip {
     /// A strip without arrows and without rules for lane changes.
     pub fn plain(kind: StripKind, travel: Travel, width: f64, width_guessed: bool) -> Self {
-        Self { kind, travel, width, arrows: Arrows::NONE, change: [None, None], width_guessed, speed: None }
+        Self {
+            kind,
+            travel,
+            width,
+            arrows: Arrows::NONE,
+            change: [None, None],
+            width_guessed,
+            speed: None,
+            bicycles: false,
+        }
     }
 }
 

@@ -36,13 +36,15 @@ pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs
 
 /// The tag of a limit that tells nothing: `maxspeed=signals`. Words of `source:maxspeed` may be of anything.
 pub(crate) fn unread(tags: &Tags, country: Option<&str>) -> Option<String> {
-    let keys = OF_CARS.into_iter().chain([ZONES[0]]);
-    let mut told = keys.filter_map(|key| Some((key, tags.get(key)?)));
+    let is_limit = |key: &str| {
+        let stem = key.strip_suffix(":forward").or_else(|| key.strip_suffix(":backward")).unwrap_or(key);
+        OF_CARS.contains(&stem) || key == ZONES[0]
+    };
     let unknown = |(key, value): &(&str, &str)| {
         let words = ["sign", "signals", "implicit", "variable"];
-        parse(value, country).is_none() && !(*key == ZONES[0] && words.contains(value))
+        is_limit(key) && parse(value, country).is_none() && !(*key == ZONES[0] && words.contains(value))
     };
-    told.find(unknown).map(|(key, value)| format!("{key}={value}"))
+    tags.iter().find(unknown).map(|(key, value)| format!("{key}={value}"))
 }
 
 /// The default limit of a class, km/h.
@@ -101,6 +103,10 @@ mod tests {
             ("CZ:pedestrian_zone", 20.0),
             ("UK:nsl_single", 60.0 * KMH_PER_MPH),
             ("BE-XYZ:urban", 50.0),
+            ("GB:zone20", 20.0 * KMH_PER_MPH),
+            ("DE:zone20", 20.0),
+            ("JP:express", 100.0),
+            ("CZ:urban_motorway", 80.0),
         ] {
             assert_eq!(of(&[("maxspeed", value)]), [kmh; 2], "{value}");
         }
@@ -108,6 +114,8 @@ mod tests {
         assert_eq!(unread(&[("maxspeed", "DE:moonlight")]).as_deref(), Some("maxspeed=DE:moonlight"));
         assert_eq!(unread(&[("maxspeed", "30"), ("maxspeed:type", "sign")]), None);
         assert_eq!(unread(&[("source:maxspeed", "survey")]), None);
+        let forward = [("maxspeed", "50"), ("maxspeed:forward", "DE:moonlight")];
+        assert_eq!(unread(&forward).as_deref(), Some("maxspeed:forward=DE:moonlight"));
     }
 
     #[test]

@@ -99,7 +99,9 @@ fn of_zone(zone: &str, place: Option<&str>) -> Option<f64> {
     Some(match zone {
         "urban" | "nsl_restricted" => limits.urban,
         "rural" | "national" | "nsl_single" => limits.rural,
-        "motorway" | "nsl_dual" => limits.motorway,
+        "motorway" | "nsl_dual" | "express" => limits.motorway,
+        // Fast roads in towns have a limit of their own there.
+        "urban_motorway" | "urban_trunk" if place == Some("CZ") => 80.0,
         "trunk" | "expressway" | "motorroad" => limits.trunk,
         "living_street" | "pedestrian_zone" | "shared_zone" => limits.slow,
         "walk" => WALK,
@@ -126,7 +128,7 @@ pub(super) fn parse(value: &str, country: Option<&str>) -> Option<f64> {
     let split = value.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(value.len());
     let (number, unit) = value.split_at(split);
     let kmh = match unit.trim() {
-        "" | "km/h" | "kmh" | "kph" => 1.0,
+        "" | "km/h" | "kmh" | "kph" | "kmph" => 1.0,
         "mph" => KMH_PER_MPH,
         "knots" => KMH_PER_KNOT,
         _ => return zone_limit(value, country),
@@ -135,10 +137,16 @@ pub(super) fn parse(value: &str, country: Option<&str>) -> Option<f64> {
     (speed.is_finite() && speed > 0.0 && speed < 400.0).then_some(speed)
 }
 
+/// Whether the signs of a country tell miles an hour.
+fn signs_mph(place: &str) -> bool {
+    matches!(place.split('-').next(), Some("GB" | "UK" | "GG" | "JE" | "IM" | "US" | "PR" | "VI" | "GU"))
+}
+
 /// The limit of a zone: a word, or a number as `zone30`.
 fn zone_limit(zone: &str, place: Option<&str>) -> Option<f64> {
     of_zone(zone, place).or_else(|| {
         let number = zone.strip_prefix("zone").map(|rest| rest.trim_start_matches(':')).unwrap_or(zone);
-        number_of(number).filter(|speed| (1.0..=130.0).contains(speed))
+        let unit = if place.is_some_and(signs_mph) { KMH_PER_MPH } else { 1.0 };
+        number_of(number).filter(|speed| (1.0..=130.0).contains(speed)).map(|speed| speed * unit)
     })
 }

@@ -26,9 +26,17 @@ fn street_lengths(built: &NetworkReading) -> Vec<(i64, bool)> {
 
 #[test]
 fn a_road_ends_on_both_sides_of_a_barrier() {
-    for tags in
-        ["barrier=bollard", "barrier=bus_trap access=no", "motor_vehicle=no", "barrier=gate vehicle=no", "access=no"]
-    {
+    for tags in [
+        "barrier=bollard",
+        "barrier=bus_trap access=no",
+        "motor_vehicle=no",
+        "barrier=gate vehicle=no",
+        "access=no",
+        "barrier=gate locked=yes",
+        "barrier=kerb kerb=raised",
+        "barrier=wire_fence",
+        "barrier=tree",
+    ] {
         let built = street_past(tags);
         assert_eq!(street_lengths(&built), [(99, false), (99, false)], "{tags}");
         assert_eq!(slugs(&built), ["road-closed"], "{tags}");
@@ -46,7 +54,7 @@ fn a_road_ends_on_both_sides_of_a_barrier() {
         let built = street_past(tags);
         assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec![]), "{tags}");
     }
-    for tags in ["barrier=gate", "barrier=lift_gate access=yes"] {
+    for tags in ["barrier=gate", "barrier=lift_gate access=yes", "barrier=gate locked=yes motor_vehicle=yes"] {
         let built = street_past(tags);
         assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec!["gate"]), "{tags}");
     }

@@ -112,6 +112,7 @@ fn same_lanes(a: &Road, b: &Road) -> bool {
         (s.kind, s.travel, s.change) == (t.kind, t.travel, t.change)
             && s.arrows == t.arrows
             && s.speed == t.speed
+            && s.bicycles == t.bicycles
             && (s.width - t.width).abs() < SAME_PLACE
     });
     same_class(a, b)

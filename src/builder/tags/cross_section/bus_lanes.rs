@@ -112,8 +112,8 @@ pub(super) const SIDES: [&str; 2] = ["busway:left", "busway:right"];
 /// Whether the bus lane of this key, on one side of a one-way road, leads against the road.
 pub(super) fn leads_against(facts: &WayFacts<'_>, side: &str, against: Travel) -> bool {
     let tags = facts.tags;
-    let is_lane = |key: &str| tags.is(key, "lane");
-    if !SIDES.contains(&side) || !is_lane(side) {
+    let is_lane = SIDES.contains(&side) && tags.get(side).or_else(|| tags.get("busway:both")) == Some("lane");
+    if !is_lane {
         return false;
     }
     let one_way = tags.get_joined([side, ":oneway"]);

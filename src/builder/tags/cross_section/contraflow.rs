@@ -1,5 +1,6 @@
 //! Lanes against a one-way road: bus lanes in every spelling, and what lists of lanes say.
 
+use crate::builder::tags::admission::OPPOSITE;
 use crate::diagnostic::{Finding, Severity};
 
 use super::bus_lanes::{SIDES, counted_against, leads_against};
@@ -14,17 +15,14 @@ pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, lists: [&PerLane; 
     let [along, list] = lists;
     let tagged = tagged_count(facts, if against == Travel::Forward { "lanes:forward" } else { "lanes:backward" });
     let tagged = tagged.filter(|n| *n > 0);
-    let listed = list.longest().filter(|&n| list.special_lanes(n) > 0);
+    let total = tagged_count(facts, "lanes");
+    let for_buses = |n| list.special_lanes(n) > 0 || list.admits_buses(n) && total.is_none_or(|total| n < total);
+    let listed = list.longest().filter(|&n| for_buses(n));
     let own_lane = has_own_lane(facts, against);
     let of_buses = counted_against(facts, against);
     // Who makes two ways of one often leaves the lists of both directions on each.
     let fills = |total: usize| along.longest().is_some_and(|own| own >= total);
-    if listed.is_some()
-        && tagged.is_none()
-        && of_buses.is_none()
-        && !own_lane
-        && tagged_count(facts, "lanes").is_some_and(fills)
-    {
+    if listed.is_some() && tagged.is_none() && of_buses.is_none() && !own_lane && total.is_some_and(fills) {
         let what = "it is one-way, and its own lanes are all that `lanes` counts, so the lists of lanes against it are not built";
         notes.push(facts.note("lanes-contradict", Severity::Warning, what));
         return 0;
@@ -40,7 +38,7 @@ pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, lists: [&PerLane; 
         }
         return 0;
     }
-    match (tagged, tagged_count(facts, "lanes")) {
+    match (tagged, total) {
         (Some(n), _) => n,
         (None, Some(1)) => {
             let what = "buses drive against it on its only lane; their direction is not built";
@@ -59,8 +57,6 @@ pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, lists: [&PerLane; 
 
 /// Whether a tag names a lane of buses against the one-way road.
 fn has_own_lane(facts: &WayFacts<'_>, against: Travel) -> bool {
-    let tags = facts.tags;
-    let keys = ["busway", "busway:left", "busway:right", "busway:both", "psv", "bus"];
-    let opposite = keys.iter().any(|key| tags.is(key, "opposite_lane"));
+    let opposite = OPPOSITE.iter().any(|key| facts.tags.is(key, "opposite_lane"));
     opposite || SIDES.iter().any(|key| leads_against(facts, key, against))
 }

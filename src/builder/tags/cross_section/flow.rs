@@ -1,6 +1,6 @@
 //! Whether a way is one-way: by `oneway`, its class and roundabouts; and the direction that access tags close to cars.
 
-use crate::builder::tags::admission::{Admitted, OneWay, admission};
+use crate::builder::tags::admission::{Admitted, OPPOSITE, OneWay, admission};
 
 use super::{StripKind, Travel, WayFacts};
 
@@ -52,7 +52,7 @@ pub(super) fn closed_direction(facts: &WayFacts<'_>) -> Option<(Travel, StripKin
         (true, false) => Some((Travel::Backward, use_of(admitted.backward))),
         (false, true) => Some((Travel::Forward, use_of(admitted.forward))),
         // A lane against the traffic: who tags it without `oneway` means a one-way road.
-        _ if facts.tags.is("busway", "opposite_lane") && !facts.tags.has("oneway") => {
+        _ if OPPOSITE.iter().any(|key| facts.tags.is(key, "opposite_lane")) && !facts.tags.has("oneway") => {
             Some((Travel::Backward, StripKind::Bus))
         }
         _ => None,

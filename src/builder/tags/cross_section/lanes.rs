@@ -99,7 +99,13 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         DrivingSide::Right => (backward, forward),
         DrivingSide::Left => (forward, backward),
     };
-    [left, both, right].concat()
+    let mut all = [left, both, right].concat();
+    let ways = ["cycleway", "cycleway:left", "cycleway:right", "cycleway:both"];
+    let against = flow.against().filter(|_| ways.iter().any(|key| facts.tags.is(key, "opposite_share_busway")));
+    for strip in &mut all {
+        strip.bicycles = strip.kind == StripKind::Bus && (strip.bicycles || against == Some(strip.travel));
+    }
+    all
 }
 
 /// Whether a tag gives the number or the use of lanes.
@@ -133,6 +139,11 @@ fn one_way(
         _ => tagged_count(facts, "lanes:both_ways"),
     };
     let count = directed.or(tagged);
+    if let (Some(n), None, Some((key, entries))) = (count, directed, count.and_then(|n| list.misfit(n))) {
+        let what =
+            format!("{key} has {entries} entries, and `lanes` leaves {n} lanes in its direction, which are taken");
+        notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
+    }
     if let Some(n) = list.matching(count).or(count.filter(|n| *n > 0)).or(list.longest()) {
         return n.min(MAX_LANES);
     }
@@ -166,7 +177,7 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         }
         (Some(f), None) => rest(of_forward, f) == 0,
         (None, Some(b)) => rest(of_backward, b) == 0,
-        (None, None) => total <= both,
+        (None, None) => total < both + 2 && total != both && facts.tags.has("lanes:both_ways"),
     };
     if contradiction {
         let what = format!("lanes={total} contradicts the lanes of each direction, which are taken");
@@ -176,6 +187,7 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         (Some(forward), Some(backward)) => Counts { forward, backward, both },
         (Some(f), None) => Counts { forward: f, backward: rest(of_forward, f).max(1), both },
         (None, Some(b)) => Counts { forward: rest(of_backward, b).max(1), backward: b, both },
+        (None, None) if total == both => Counts { forward: 0, backward: 0, both },
         (None, None) => split(facts, total.saturating_sub(both), both, room, notes),
     }
 }
@@ -191,7 +203,7 @@ fn split(facts: &WayFacts<'_>, total: usize, both: usize, room: Option<f64>, not
         notes.push(facts.note("lanes-guessed", Severity::Info, what));
         return Counts { forward: 1, backward: 1, both };
     }
-    if total % 2 == 1 {
+    if total > 1 && total % 2 == 1 {
         // A bus lane on one side only is the lane that this direction has more.
         match bus_lanes::on_sides(facts) {
             [false, true] => return Counts { forward: total / 2, backward: total.div_ceil(2), both },

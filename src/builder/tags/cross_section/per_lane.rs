@@ -1,5 +1,6 @@
 //! The tags of each lane of one direction: `turn:lanes`, `change:lanes`, `width:lanes`, access tags.
 
+use crate::builder::tags::admission::{Admitted, of_value};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::speed_limits::parse;
 use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
@@ -141,12 +142,15 @@ impl PerLane {
     /// The kind of a lane, if it is not for cars.
     fn kind(&self, count: usize, lane: usize) -> Option<StripKind> {
         let cars = MOTOR.iter().find_map(|key| self.entry(key, count, lane));
+        let admitted = cars.and_then(of_value);
+        let is_closed = admitted == Some(Admitted::Nobody) || cars == Some("private");
         let bus = BUS.iter().find_map(|key| self.entry(key, count, lane));
         let bicycle = self.entry(BICYCLE, count, lane);
         match cars {
-            Some("no" | "private") if bus.is_some_and(is_yes) => Some(StripKind::Bus),
-            Some("no" | "private") if bicycle.is_some_and(is_yes) => Some(StripKind::Bicycle),
-            Some("no") => Some(StripKind::Buffer),
+            Some(_) if admitted == Some(Admitted::Buses) => Some(StripKind::Bus),
+            Some(_) if is_closed && bus.is_some_and(is_yes) => Some(StripKind::Bus),
+            Some(told) if is_closed && (bicycle.is_some_and(is_yes) || told == "bicycle") => Some(StripKind::Bicycle),
+            Some(_) if admitted == Some(Admitted::Nobody) => Some(StripKind::Buffer),
             Some(_) => None,
             None if matches!(bus, Some("designated" | "official")) => Some(StripKind::Bus),
             None if bicycle == Some("designated") => Some(StripKind::Bicycle),
@@ -173,6 +177,18 @@ impl PerLane {
             list.reverse();
         }
         is_better
+    }
+
+    /// Whether some lane among `count` is open to buses by name.
+    pub fn admits_buses(&self, count: usize) -> bool {
+        let of_lane = |lane| BUS.iter().find_map(|key| self.entry(key, count, lane));
+        (0..count).any(|lane| of_lane(lane).is_some_and(is_yes))
+    }
+
+    /// The list whose entries are not as many as these lanes, though no list has as many, and how many it has.
+    pub fn misfit(&self, count: usize) -> Option<(&'static str, usize)> {
+        let (key, list) = self.lists.first().filter(|_| self.matching(Some(count)).is_none())?;
+        Some((key, list.len()))
     }
 
     /// Whether the lists name bus lanes.
@@ -204,6 +220,7 @@ impl PerLane {
                 strip.width_guessed = false;
             }
             strip.speed = self.entry("maxspeed:lanes", count, lane).and_then(|entry| parse(entry, None));
+            strip.bicycles = self.entry(BICYCLE, count, lane).is_some_and(is_yes);
             strip.arrows = self.entry("turn:lanes", count, lane).map_or(Arrows::NONE, arrows);
             let entry = self.entry("change:lanes", count, lane).or(self.change.as_deref());
             strip.change = entry.map_or([None, None], change);

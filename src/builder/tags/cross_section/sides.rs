@@ -131,6 +131,7 @@ impl WaySide<'_> {
         let other = if self.name == "left" { "cycleway:right" } else { "cycleway:left" };
         let only_one = !["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
         match value {
+            _ if value.starts_with("opposite") && flow.is_oneway() => self.travel.reversed(),
             _ if value.starts_with("opposite") || against && !self.near => side_travel,
             "track" if against && only_one => Travel::Both,
             _ => self.travel,

@@ -6,6 +6,8 @@ use crate::osm::Tags;
 
 use super::*;
 
+mod spellings;
+
 /// The tables of widths in `docs/lanes.md`.
 fn width_tables() -> String {
     use super::sides::*;
