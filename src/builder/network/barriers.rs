@@ -196,7 +196,28 @@ fn passage(tags: &Tags) -> Option<Passage> {
 /// Whether a node has tags of access only, apart from those that tell of the data.
 fn is_plain(tags: &Tags) -> bool {
     let is_access = |key: &str| {
-        let own = ["bus", "psv", "foot", "bicycle", "horse", "motorcycle", "hgv", "note", "fixme", "source", "name"];
+        let own = [
+            "bus",
+            "psv",
+            "taxi",
+            "hov",
+            "emergency",
+            "goods",
+            "hgv",
+            "tourist_bus",
+            "coach",
+            "motorcycle",
+            "moped",
+            "mofa",
+            "foot",
+            "bicycle",
+            "horse",
+            "locked",
+            "note",
+            "fixme",
+            "source",
+            "name",
+        ];
         OF_CARS.contains(&key) || own.contains(&key)
     };
     tags.iter().all(|(key, _)| is_access(key))

@@ -32,6 +32,7 @@ fn a_road_ends_on_both_sides_of_a_barrier() {
         "motor_vehicle=no",
         "barrier=gate vehicle=no",
         "access=no",
+        "access=no emergency=yes taxi=yes",
         "barrier=gate locked=yes",
         "barrier=kerb kerb=raised",
         "barrier=wire_fence",
