@@ -285,3 +285,40 @@ fn a_projection_is_known_though_a_node_was_moved_by_hand() {
     let codes: Vec<&str> = found.iter().map(|one| one.code.as_str()).collect();
     assert!(codes.contains(&"projector/missing") && !codes.contains(&"node/local-mismatch"), "{codes:?}");
 }
+
+/// An element of another program's kind keeps Autoware from loading the map.
+#[test]
+fn an_element_that_autoware_does_not_know_is_removed() {
+    let mut sheet = Sheet::default();
+    let [a, b, c, d] = sheet.nodes([[0.0, 3.0], [50.0, 3.0], [0.0, 0.0], [50.0, 0.0]]);
+    let bounds = [[a, b], [c, d]].map(|nodes| sheet.way(&nodes, "type=road_border"));
+    let members = [("left", 'w', bounds[0]), ("right", 'w', bounds[1]), ("regulatory_element", 'r', 900)];
+    let tags = "type=lanelet subtype=road location=urban one_way=yes speed_limit=40";
+    sheet.drawing.members(2000, &members, tags);
+    sheet.drawing.members(
+        900,
+        &[("refers", 'r', 2000)],
+        "type=regulatory_element subtype=digital_speed_limit limit=25",
+    );
+    let data = sheet.drawing.data();
+    assert!(found(&data).iter().any(|one| one.code == "load/re-subtype"));
+    let mended = mended(data);
+    let [lanelet] = &mended.osm.relations[..] else { panic!("{:?}", mended.osm.relations) };
+    assert_eq!((lanelet.id, lanelet.members.len()), (2000, 2));
+    assert!(!mended.left.iter().any(|one| one.code.starts_with("load/re-")));
+}
+
+/// A path in two pieces that crosses no road: nobody stops before either.
+#[test]
+fn a_path_in_pieces_beside_all_roads_is_a_warning() {
+    let mut sheet = Sheet::default();
+    let rows = [0.0, 2.0].map(|y| sheet.nodes([0.0, 20.0, 40.0].map(|x| [x, y])));
+    for at in 0..2 {
+        let [right, left] = [0, 1].map(|row| sheet.way(&rows[row][at..at + 2], "type=virtual"));
+        sheet.lanelet([left, right], "subtype=walkway location=urban participant:pedestrian=yes");
+    }
+    let found = found(&sheet.drawing.data());
+    let of_path: Vec<Severity> =
+        found.iter().filter(|one| one.code == "vm-01-21/follower").map(|one| one.severity).collect();
+    assert!(!of_path.is_empty() && of_path.iter().all(|one| *one == Severity::Warning), "{found:?}");
+}

@@ -55,7 +55,7 @@ function layRows() {
   let y = 0;
   const add = (row, height) => { list.rows.push({ ...row, height }); list.top.push(y); y += height; };
   for (const ofRule of runs(state.shown, (a, b) => a.severity === b.severity && ruleOf(a) === ruleOf(b))) {
-    add({ draw: () => headRow(ruleOf(ofRule[0]), ofRule.length) }, HEAD);
+    add({ draw: () => headRow(ofRule) }, HEAD);
     for (const group of runs(ofRule, (a, b) => a.group === b.group)) layGroup(group, add);
   }
   for (const ofCode of runs(state.counted, (a, b) => a.severity === b.severity && a.code === b.code)) {
@@ -103,12 +103,13 @@ function firstAfter(y) {
   return low;
 }
 
-function headRow(rule, count) {
+function headRow(ofRule) {
+  const [{ severity }, rule, count] = [ofRule[0], ruleOf(ofRule[0]), ofRule.length];
   const requirement = state.report.requirements.find((one) => one.id === rule);
   const title = make('span', { class: 'head-title' }, requirement?.title ?? '');
   const name = requirement?.documented
     ? make('button', { type: 'button', class: 'link', title: 'What the rule requires', onclick: () => showRule(rule) }, rule) : rule;
-  return make('div', { class: 'row head', role: 'presentation' }, make('span', { class: 'head-id' }, name), title, make('span', { class: 'count' }, count.toLocaleString('en')));
+  return make('div', { class: 'row head', role: 'presentation' }, make('span', { class: 'head-id' }, name), title, make('span', { class: 'count' }, `${count.toLocaleString('en')} ${severity}${count === 1 ? '' : 's'}`));
 }
 
 const slugOf = (finding) => finding.code.slice(ruleOf(finding).length + 1);
