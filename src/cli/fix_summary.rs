@@ -24,8 +24,15 @@ pub fn told(mended: &Mended) -> String {
     text += &not_kept(&mended.refused);
     let [errors, warnings] = mended.after();
     text += &format!("{} fixed", mended.done.len());
-    if !mended.refused.is_empty() {
-        text += &format!(", {} not kept because they mend nothing or do harm", mended.refused.len());
+    let harmful = mended.refused.len() - mended.untried;
+    if harmful > 0 {
+        text += &format!(", {harmful} not kept because they mend nothing or do harm");
+    }
+    if mended.untried > 0 {
+        text += &format!(
+            ", {} not tried because too many others do harm (mend some by hand, then run fix again)",
+            mended.untried
+        );
     }
     text += &format!("; left: {errors} errors, {warnings} warnings");
     if mended.unsafe_left > 0 {

@@ -73,6 +73,14 @@ const MOST_TWICE: f64 = 0.35;
 /// The same where it is known what was found before the change.
 const MOST_ONCE: f64 = 0.7;
 
+/// So many times as many elements as the map has are judged at most, or [`LEAST_EFFORT`]: where everything lies on everything, each fix
+/// does harm.
+const MOST_EFFORT: usize = 60;
+/// The same for small maps.
+const LEAST_EFFORT: usize = 600_000;
+/// As many elements as this are judged in the time of one finding.
+const OF_FINDING: usize = 10;
+
 /// Judges maps one after another.
 pub struct ChangeJudge<J> {
     judge: J,
@@ -82,6 +90,10 @@ pub struct ChangeJudge<J> {
     is_exact: Cell<bool>,
     /// The part that was judged last: often the next change is at the same place.
     last: RefCell<Option<JudgedPart>>,
+    /// How much was judged: elements, and what was found, which takes longer.
+    effort: Cell<usize>,
+    /// How much is judged at most.
+    most_effort: Cell<usize>,
 }
 
 /// A part of a map with its findings.
@@ -118,7 +130,14 @@ pub enum Confirmed {
 
 impl<J: Judge> ChangeJudge<J> {
     pub fn new(judge: J) -> Self {
-        Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false), last: RefCell::default() }
+        Self {
+            judge,
+            is_guessed: Cell::new(false),
+            is_exact: Cell::new(false),
+            last: RefCell::default(),
+            effort: Cell::new(0),
+            most_effort: Cell::new(usize::MAX),
+        }
     }
 
     /// Tells how many fixes were made and how many are open.
@@ -132,7 +151,25 @@ impl<J: Judge> ChangeJudge<J> {
     ///
     /// Where it cannot be judged.
     pub fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, J::Error> {
-        self.judge.whole(osm)
+        let found = self.judge.whole(osm)?;
+        self.count(osm, &found);
+        Ok(found)
+    }
+
+    /// Sets how much is judged at most, by the size of a map that was judged.
+    pub fn limit(&self, osm: &OsmData, found: &[Diagnostic]) {
+        self.effort.set(0);
+        self.count(osm, found);
+        self.most_effort.set((MOST_EFFORT * size(osm)).max(LEAST_EFFORT));
+    }
+
+    /// Whether as much was judged as may be.
+    pub fn is_spent(&self) -> bool {
+        self.effort.get() > self.most_effort.get()
+    }
+
+    fn count(&self, osm: &OsmData, found: &[Diagnostic]) {
+        self.effort.set(self.effort.get() + size(osm) + OF_FINDING * found.len());
     }
 
     /// The findings in a map, given those of the map from which it differs least.
@@ -185,11 +222,15 @@ impl<J: Judge> ChangeJudge<J> {
         let (before, after) = match before {
             Some(before) => (before, self.judge.parts(&[&part])?.pop().unwrap_or_default()),
             None => {
-                let mut both = self.judge.parts(&[&known.osm.part(&near), &part])?;
+                let part_before = known.osm.part(&near);
+                let mut both = self.judge.parts(&[&part_before, &part])?;
                 let after = both.pop().unwrap_or_default();
-                (both.pop().unwrap_or_default(), after)
+                let before = both.pop().unwrap_or_default();
+                self.count(&part_before, &before);
+                (before, after)
             }
         };
+        self.count(&part, &after);
         self.last.replace(Some(JudgedPart { keys: near, osm: part, found: after.clone() }));
         Ok(Some(changed_by(known.left, before, after, |code| self.judge.rank(code))))
     }

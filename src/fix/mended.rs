@@ -25,6 +25,8 @@ pub struct Mended {
     pub before: [usize; 2],
     /// What was tried and not kept, each with the reason: it brought a new error, or did not mend what it was for.
     pub refused: Vec<(Mend, String)>,
+    /// How many of these were not tried, because as much was judged before as may be in proportion to the map.
+    pub untried: usize,
     /// How many of the findings left have a fix that needs a look first.
     pub unsafe_left: usize,
     /// The codes of which there are more warnings than before, each with how many more.

@@ -45,7 +45,7 @@ use mended::{count, of_each};
 use order::first_of;
 pub use proposal::Mend;
 use proposal::Proposal;
-use round::round;
+use round::{UNTRIED, leave_untried, round};
 pub use route::Route;
 pub use scope::Scope;
 
@@ -80,10 +80,12 @@ fn mend_found<J: Judge>(
         about: Vec::new(),
         before,
         refused: Vec::new(),
+        untried: 0,
         unsafe_left: 0,
         more_warnings: BTreeMap::new(),
         revealed: 0,
     };
+    judge.limit(&state.osm, &state.left);
     let start = Run::new(state, memory);
     let [most, _] = before;
     let mut run = start.clone().ended(judge)?;
@@ -102,6 +104,7 @@ fn mend_found<J: Judge>(
     });
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
     state.refused.retain(|(mend, _)| open.contains(mend));
+    state.untried = state.refused.iter().filter(|(_, reason)| reason == UNTRIED).count();
     state.revealed = known.exceeded_by(errors(&state.left)).len();
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
@@ -145,7 +148,7 @@ impl Run {
         let ([errors, warnings], [_, most]) = (self.state.after(), self.state.before);
         let mut room = most;
         for times in 1..=ROOMS {
-            if self.memory.heavy.is_empty() || room <= warnings {
+            if self.memory.heavy.is_empty() || room <= warnings || judge.is_spent() {
                 break;
             }
             let mut run = self.clone();
@@ -177,7 +180,7 @@ impl Run {
                     continue;
                 }
             }
-            if self.memory.open(&self.state.left).is_empty() && !self.begins_anew() {
+            if self.memory.open(&self.state.left).is_empty() && (judge.is_spent() || !self.begins_anew()) {
                 return Ok(self);
             }
             sure = self.clone();
@@ -205,6 +208,10 @@ impl Run {
             cancel::look();
             let open = self.memory.open(&self.state.left);
             if open.is_empty() {
+                return Ok(());
+            }
+            if judge.is_spent() {
+                leave_untried(&mut self.state, &mut self.memory, open);
                 return Ok(());
             }
             judge.tell(self.state.done.len(), open.len());

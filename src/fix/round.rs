@@ -27,6 +27,10 @@ pub fn round<J: Judge>(
     let mut earlier = Earlier::default();
     let may = memory.allowed();
     while !batch.is_empty() {
+        if judge.is_spent() {
+            leave_untried(state, memory, batch);
+            break;
+        }
         let known = JudgedMap { osm: &state.osm, left: &state.left };
         let Some(mut attempt) = attempt(known, &may, &batch, (judge, &mut earlier))? else {
             // None of them can be applied, although nothing else is changed.
@@ -166,6 +170,14 @@ fn twins(left: &[Diagnostic], one: Proposal) -> Vec<Mend> {
     }
     twins
 }
+
+/// Says of fixes that they were not tried, because too much was judged already.
+pub fn leave_untried(state: &mut Mended, memory: &mut Memory, untried: Vec<Proposal>) {
+    refuse(state, memory, untried.into_iter().map(|one| (one.mend, UNTRIED.to_owned())));
+}
+
+/// The reason of a fix that was not tried.
+pub const UNTRIED: &str = "not tried: so many fixes do harm that trying all of them would take too long";
 
 fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item = (Mend, String)>) {
     for (mend, reason) in refused {

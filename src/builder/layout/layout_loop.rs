@@ -30,8 +30,8 @@ use super::lane_drops::{added_lanes, lane_drops};
 use super::lane_openings::{closed_lanes, lane_openings};
 use super::map_layout::Layout;
 use super::roads_inside::{
-    crowded_intersections, ends_without_turns, half_served_ends, left_out, left_out_movements, road_inside,
-    roads_abreast, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
+    crowded_intersections, ended_early, ends_without_turns, half_served_ends, left_out, left_out_movements,
+    road_inside, roads_abreast, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
@@ -45,6 +45,12 @@ const FARTHEST_STOP_LINES: usize = 6;
 /// An island of at most this area, square metres, lies inside an intersection if no vehicle can wait on the roads around it.
 const SMALL_ISLAND: f64 = 250.0;
 
+/// What is drawn in all rounds is at most so many times what was drawn in the first one, or [`LEAST_EFFORT`]: where dozens of roads lie
+/// over each other, everything is drawn again and again.
+const MOST_EFFORT: u64 = 8;
+/// The same for maps with little to draw, in pairs of lanelets: all rounds of Monaco draw an eightieth of it.
+const LEAST_EFFORT: u64 = 1_000_000;
+
 /// Lays out a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. At the
 /// end, the heights of the roads are fitted to their cuts. The findings tell which restrictions could not be expressed, and which
 /// roads were merged or left out.
@@ -57,8 +63,10 @@ pub fn lay_out(
 ) -> (Layout, Vec<Finding>) {
     let crowded = crowded_intersections(&network);
     let (layout, notes) = Layout::new(network, &kept, contested);
+    let most_effort = (MOST_EFFORT * layout.drawn).max(LEAST_EFFORT);
     let begun = LayoutLoop {
         layout,
+        most_effort,
         kept,
         apart,
         refused: apart.clone(),
@@ -76,6 +84,8 @@ pub fn lay_out(
 /// A layout, and what is known of its demands.
 struct LayoutLoop<'a> {
     layout: Layout,
+    /// How much is drawn at most, as [`Layout::drawn`].
+    most_effort: u64,
     /// The stations between which the outlines leave each road.
     kept: Vec<Stations>,
     /// Roads that the user keeps apart.
@@ -121,6 +131,10 @@ enum StopLines {
 impl LayoutLoop<'_> {
     /// Meets the demands of the first kind that has some; breaks if there are no demands.
     fn meet_demand(mut self) -> ControlFlow<Self, Self> {
+        if self.layout.drawn > self.most_effort {
+            self.road_notes.extend(ended_early(&self.layout));
+            return ControlFlow::Break(self);
+        }
         if self.set_back_cuts() || self.cut_roads_farther() {
             self.layout.redraw(&[]);
             return ControlFlow::Continue(self);

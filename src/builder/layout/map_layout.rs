@@ -26,6 +26,7 @@ use lane_end_overlap::{BACK_MOST, TOUCH};
 pub use intersection_lanelets::{IntersectionLanelets, Site};
 
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -68,6 +69,8 @@ pub struct Layout {
     pub(super) squeezed: SqueezedRoads,
     /// How far the turns at each end of a road want it cut back.
     needs: RequiredSetbacks,
+    /// How much was drawn so far: for each intersection each time, the pairs of its lanelets, which are held against each other.
+    pub(super) drawn: u64,
 }
 
 impl Layout {
@@ -84,8 +87,20 @@ impl Layout {
         let mut assembly = MapBuilder::new(contested);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let turning = network.intersections.iter().map(|_| None).collect();
-        let mut layout =
-            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, squeezed, needs };
+        let mut layout = Self {
+            network,
+            restrictions,
+            joins,
+            lines,
+            assembly,
+            lanes,
+            turning,
+            back,
+            stops,
+            squeezed,
+            needs,
+            drawn: 0,
+        };
         layout.draw_lanelets();
         (layout, notes)
     }
@@ -132,8 +147,9 @@ impl Layout {
     /// Draws the lanelets that are not drawn yet. An intersection gets its outline, too, unless a lanelet runs over a cut: then its
     /// lanelets are drawn again.
     fn draw_lanelets(&mut self) {
-        let Self { network, restrictions, joins, lines, assembly, lanes, turning, .. } = self;
+        let Self { network, restrictions, joins, lines, assembly, lanes, turning, drawn, .. } = self;
         let roundabouts = network.whole_roundabouts();
+        let more = AtomicU64::new(0);
         turning.par_iter_mut().finely().enumerate().filter(|(_, turning)| turning.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
@@ -142,6 +158,7 @@ impl Layout {
             let site =
                 Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
             let mut turning = IntersectionLanelets::draw(site);
+            more.fetch_add((turning.drawn.paths.len() as u64).pow(2), Ordering::Relaxed);
             if at.arms.len() > 2 {
                 turning.overlapped_ends =
                     lane_end_overlap::depths(network, lines, lanes, assembly, at, &turning.drawn.paths);
@@ -151,6 +168,7 @@ impl Layout {
             }
             *slot = Some(Box::new(turning));
         });
+        *drawn += more.into_inner();
     }
 
     /// Draws the outlines that are not drawn yet.

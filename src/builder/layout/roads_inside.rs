@@ -1,5 +1,7 @@
 //! Roads that are merged or left out: too little of them is left between the lanelets at their ends, or no turn leads to them.
 
+use std::cmp::Reverse;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::intersection::movement::joined_arms;
@@ -11,7 +13,7 @@ use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, Ro
 use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::map_layout::Layout;
+use super::map_layout::{IntersectionLanelets, Layout};
 use super::short_links::{roads_of_tight_turns, short_links};
 
 /// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
@@ -218,6 +220,20 @@ pub fn too_many_roads(node: i64, [count, joined]: [usize; 2]) -> Finding {
         "{count} roads meet at node {node}: too many for one intersection; {joined} of them are joined, the others end before it."
     );
     Finding::new("too-many-roads", Subject::Node(node), message).graded(Severity::Warning)
+}
+
+/// Says that the roads lie too close to each other to be laid out to the end, at the intersection with the most lanelets.
+pub fn ended_early(layout: &Layout) -> Option<Finding> {
+    let count = |turning: &Option<Box<IntersectionLanelets>>| turning.as_ref().map_or(0, |one| one.drawn.paths.len());
+    let drawn = layout.network.intersections.iter().zip(&layout.turning);
+    let (at, turning) = drawn.max_by_key(|(at, turning)| (count(turning), Reverse(at.nodes.first())))?;
+    let node = *at.nodes.first()?;
+    let message = format!(
+        "Around node {node}, where {} lanes cross an intersection, roads lie too close to each other to be laid out to the end: lanes \
+         may run over the ends of others.",
+        count(turning)
+    );
+    Some(Finding::new("too-many-rounds", Subject::Node(node), message).graded(Severity::Warning))
 }
 
 /// Says where lanes are not joined because there are too many.

@@ -6,6 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::lane::{Edge, Lane, extent};
 use super::types::{Conflict, MapIndex};
 use super::union_find::UnionFind;
+use super::view::boxes_meet;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
 use crate::lanelet::{LineStringId, PointId};
 use crate::parallel::Finely;
@@ -374,5 +375,23 @@ fn change_sides(a: &Lane, b: &Lane) -> bool {
     let Some((center, other)) = a.center.as_ref().zip(b.center.as_ref()) else { return false };
     let [start, end] = [b.start, b.end].map(|edge| center.project(edge.middle()).offset);
     let aside = start * end < 0.0 && start.abs() >= ASIDE && end.abs() >= ASIDE;
-    aside && center.segments().any(|(p, q)| other.segments().any(|(r, s)| segment_crossing(p, q, r, s).is_some()))
+    aside && lines_cross(center, other)
+}
+
+/// Whether a segment of one line crosses one of the other. Of lines that cross, most segments lie far from the other line.
+fn lines_cross(one: &Polyline, other: &Polyline) -> bool {
+    /// By which boxes are larger than what they hold, metres: no rounding hides a crossing at their edges.
+    const HAIR: f64 = 1e-6;
+    let around = |points: &[Point]| {
+        let [low, high] = extent(points);
+        [low - Vector::repeat(HAIR), high + Vector::repeat(HAIR)]
+    };
+    let [of_one, of_other] = [one, other].map(|line| around(line.points()));
+    let near = other.segments().map(|(r, s)| ([r, s], around(&[r, s])));
+    let near: Vec<_> = near.filter(|(_, around)| boxes_meet(*around, of_one)).collect();
+    one.segments().any(|(p, q)| {
+        let own = around(&[p, q]);
+        let crosses = |[r, s]: [Point; 2]| segment_crossing(p, q, r, s).is_some();
+        boxes_meet(own, of_other) && near.iter().any(|(ends, around)| boxes_meet(own, *around) && crosses(*ends))
+    })
 }

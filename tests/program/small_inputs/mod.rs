@@ -143,8 +143,8 @@ fn steep_kinds_stay_within_bounds() {
     const MOST: (f64, f64) = (60.0, 1e9);
     let dir = tempfile::tempdir().unwrap();
     // Some of them take half a minute.
-    let streets = if soak() { streets::STEEP } else { &[] };
-    for (kinds, verb) in [(streets, "build"), (maps::STEEP, "check")] {
+    let (streets, mended) = if soak() { (streets::STEEP, maps::STEEP) } else { (&[][..], &[][..]) };
+    for (kinds, verb) in [(streets, "build"), (maps::STEEP, "check"), (mended, "fix")] {
         for kind in kinds {
             write(dir.path(), kind, kind.size, "steep.osm");
             let cost = cost(dir.path(), verb, "steep.osm");
@@ -222,6 +222,10 @@ fn what_is_too_many_to_compare_is_said() {
         let said = format!("{}{}", run.stdout, run.stderr);
         assert!(said.contains(way) && said.contains("too many for a road; it is not cut there"), "{said}");
     }
+    let dir = drawn([streets::KINDS, streets::STEEP], "comb", 60);
+    let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
+    let said = format!("{}{}", run.stdout, run.stderr);
+    assert!(said.contains("too close to each other to be laid out to the end"), "{said}");
     let dir = drawn([maps::KINDS, maps::STEEP], "heap", 250);
     let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
     assert!(run.stdout.contains("too many for an area that a machine draws"), "{}", run.stdout);

@@ -38,6 +38,11 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "fork", size: 60, draw: fork },
     Kind { name: "tangle", size: 300, draw: tangle },
     Kind { name: "crossing without nodes", size: 150, draw: crossing_without_nodes },
+    Kind { name: "loops", size: 60, draw: loops },
+    Kind { name: "web", size: 20, draw: web },
+    Kind { name: "two hubs", size: 150, draw: two_hubs },
+    Kind { name: "rings in rings", size: 150, draw: rings_in_rings },
+    Kind { name: "streets at random", size: 100, draw: streets_at_random },
 ];
 
 const STREET: &[(&str, &str)] = &[("highway", "residential")];
@@ -329,5 +334,61 @@ fn crossing_without_nodes(out: &mut Sketch, size: usize) {
     for i in 0..size {
         let (from, to) = (around(i as f64 * 2.399_963, 150.0), around(i as f64 * 2.399_963 + 2.0, 150.0));
         out.line(&[from, to], STREET);
+    }
+}
+
+/// Loops at one node.
+fn loops(out: &mut Sketch, size: usize) {
+    let middle = out.node((0.0, 0.0));
+    for i in 0..size {
+        let (one, other) =
+            (out.node(around(turn(2 * i, 2 * size), 40.0)), out.node(around(turn(2 * i + 1, 2 * size), 45.0)));
+        out.way(&[middle, one, other, middle], STREET);
+    }
+}
+
+/// Rings of streets around each other, 12 m apart, and streets from the middle through all of them.
+fn web(out: &mut Sketch, size: usize) {
+    let rings: Vec<Vec<i64>> = (1..=size / 3)
+        .map(|ring| (0..size).map(|i| out.node(around(turn(i, size), 12.0 * ring as f64))).collect())
+        .collect();
+    let middle = out.node((0.0, 0.0));
+    for ring in &rings {
+        out.way(&[&ring[..], &ring[..1]].concat(), STREET);
+    }
+    for i in 0..size {
+        let spoke: Vec<i64> = std::iter::once(middle).chain(rings.iter().map(|ring| ring[i])).collect();
+        out.way(&spoke, STREET);
+    }
+}
+
+/// Two nodes side by side, with roads from each in a half circle.
+fn two_hubs(out: &mut Sketch, size: usize) {
+    let hubs = [0.0, 9.0].map(|x| out.node((x, 0.0)));
+    out.way(&hubs, STREET);
+    for i in 0..size {
+        let (east, north) = around(turn(1, 4) + turn(i, 2 * size), 100.0);
+        let ends = [out.node((east, north)), out.node((9.0 - east, -north))];
+        out.way(&[hubs[0], ends[0]], STREET);
+        out.way(&[hubs[1], ends[1]], STREET);
+    }
+}
+
+/// Rings around each other that meet nothing, 3 m apart.
+fn rings_in_rings(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let nodes: Vec<i64> = (0..8).map(|k| out.node(around(turn(k, 8), 10.0 + 3.0 * i as f64))).collect();
+        out.way(&[&nodes[..], &nodes[..1]].concat(), STREET);
+    }
+}
+
+/// Streets straight from some nodes within 100 m to others.
+fn streets_at_random(out: &mut Sketch, size: usize) {
+    let count = (2.0 * (size as f64).sqrt()) as usize;
+    let nodes: Vec<i64> =
+        (0..count).map(|i| out.node(around(i as f64 * 2.399_963, 50.0 * (i as f64 / count as f64).sqrt()))).collect();
+    for i in 0..size {
+        let (from, to) = (i % count, (i % count + 1 + (7 * i) / count % (count - 1)) % count);
+        out.way(&[nodes[from], nodes[to]], STREET);
     }
 }

@@ -50,6 +50,7 @@ impl Layout {
             turning: mut known,
             needs,
             squeezed,
+            drawn,
             ..
         } = self;
         let mut joins = Continuations::find(&network);
@@ -77,14 +78,14 @@ impl Layout {
             if is_directed || redrawn.iter().any(|(arm, before)| cut_at(arm, &assembly) != **before) {
                 return None;
             }
-            let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
-            let asked = !redrawn.is_empty() || restricted;
+            let asked =
+                !redrawn.is_empty() || restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
             (turning.unchanged, turning.turns_asked) = (true, true);
             (!asked || turning.plan == movements(&network, &restrictions, &lanes, at)).then_some(turning)
         };
         let turning = network.intersections.iter().enumerate().map(standing).collect();
         let mut layout =
-            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, squeezed, needs };
+            Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, squeezed, needs, drawn };
         layout.draw_lanelets();
         (layout, notes)
     }

@@ -49,15 +49,21 @@ struct LinePiece {
     ends: [Point; 2],
     /// Unit vector; `None` if the ends coincide.
     direction: Option<Vector>,
+    /// The bounding box of what the road covers there.
+    covered: Bounds,
 }
 
 impl LinePiece {
     /// The bounding box, widened by `half` metres.
     fn bounds(&self, half: f64) -> Bounds {
-        let [p, q] = self.ends;
-        let m = Vector::repeat(half);
-        [p.inf(&q) - m, p.sup(&q) + m]
+        widened(self.ends, half)
     }
+}
+
+/// The bounding box of two points, widened by `half` metres.
+fn widened([p, q]: [Point; 2], half: f64) -> Bounds {
+    let m = Vector::repeat(half);
+    [p.inf(&q) - m, p.sup(&q) + m]
 }
 
 /// A place of a road with the direction of the road there.
@@ -141,7 +147,8 @@ impl OverlapSearch<'_> {
         (0..road.base.len() - 1).map(move |first| {
             let ends = [end, road.place(first + 1)];
             end = ends[1];
-            LinePiece { road: index, first, ends, direction: (ends[1] - ends[0]).try_normalize(0.0) }
+            let direction = (ends[1] - ends[0]).try_normalize(0.0);
+            LinePiece { road: index, first, ends, direction, covered: widened(ends, road.half) }
         })
     }
 
@@ -219,10 +226,12 @@ fn candidates<'a>(
     let is_own = std::ptr::eq(road, neighbour);
     pieces.iter().flat_map(move |piece| {
         let bounds = piece.bounds(road.half + search_margin(road));
-        let poses = [piece.first, piece.first + 1].map(|k| PlacePose::new(road, k).filter(|_| road.is_kept(k)));
-        let others = if poses.iter().all(Option::is_none) { &[][..] } else { others };
-        let near = others.iter().filter(move |other| touch(&other.bounds(neighbour.half), &bounds));
-        near.filter_map(|other| Some((other, other.direction?))).flat_map(move |(other, direction)| {
+        let near = others.iter().filter(move |other| touch(&other.covered, &bounds));
+        let mut near = near.filter_map(|other| Some((other, other.direction?))).peekable();
+        // Most pieces have none.
+        let pose = |k: usize| PlacePose::new(road, k).filter(|_| road.is_kept(k));
+        let poses = near.peek().map_or([None; 2], |_| [piece.first, piece.first + 1].map(pose));
+        near.flat_map(move |(other, direction)| {
             let parallel = poses.into_iter().flatten().filter(move |pose| {
                 let cosine = pose.direction.dot(&direction);
                 cosine <= -PARALLEL || (cosine >= PARALLEL && !is_own)
