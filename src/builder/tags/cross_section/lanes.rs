@@ -140,8 +140,7 @@ fn one_way(
     };
     let count = directed.or(tagged);
     if let (Some(n), None, Some((key, entries))) = (count, directed, count.and_then(|n| list.misfit(n))) {
-        let what =
-            format!("{key} has {entries} entries, and `lanes` leaves {n} lanes in its direction, which are taken");
+        let what = format!("{key} is a list of {entries}, and `lanes` leaves {n} in its direction: these are taken");
         notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
     }
     if let Some(n) = list.matching(count).or(count.filter(|n| *n > 0)).or(list.longest()) {
