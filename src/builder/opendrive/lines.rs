@@ -20,6 +20,9 @@ use super::scene::{Drawn, DrawnLane, Piece, Scene, note};
 
 /// Points closer than this to the end of their line, metres, are left out: the end may have been moved a little.
 const BESIDE_END: f64 = 0.05;
+/// Borders of two roads between the same nodes that lie this close, metres, in the plane and in height, are one line: inside junctions, where
+/// several lie almost on each other, and elsewhere.
+const TWIN: [f64; 2] = [0.01, WELD];
 /// A border that ends off its node is drawn to it over so many times the distance.
 const DRAWN_OVER: f64 = 10.0;
 /// Heights are whole tenths of millimetres, as in all maps.
@@ -185,7 +188,9 @@ impl<'a> Lines<'a> {
         let known = self.lines.get(&along).cloned().unwrap_or_default();
         let side = |bound: &Bound| usize::from(rightward == bound.inverted);
         let free = |bound: &Bound| !self.taken[side(bound)].contains(&bound.line);
-        let bound = known.iter().copied().find(free).or_else(|| self.twin(assembly, ends, &points, free));
+        let [inside, outside] = TWIN;
+        let apart = if self.scene.connecting[self.scene.stretches[along[0].0].road] { inside } else { outside };
+        let bound = known.iter().copied().find(free).or_else(|| self.twin(assembly, ends, &points, (apart, free)));
         let bound = bound.unwrap_or_else(|| {
             let (stretch, border) = along[0];
             let key = self.scene.key("border", stretch).number(border);
@@ -223,7 +228,7 @@ impl<'a> Lines<'a> {
         assembly: &MapBuilder,
         ends: [PointId; 2],
         points: &[PointId],
-        free: impl Fn(&Bound) -> bool,
+        (apart, free): (f64, impl Fn(&Bound) -> bool),
     ) -> Option<Bound> {
         let place = |ids: &[PointId]| Polyline::new(assembly.positions(ids));
         let own = place(points)?;
@@ -233,13 +238,13 @@ impl<'a> Lines<'a> {
             stations.len() == heights.len()
                 && other.iter().all(|id| {
                     let station = line.project(assembly.position(*id)).station;
-                    (height_at(&stations, &heights, station) - assembly.height(*id)).abs() <= WELD
+                    (height_at(&stations, &heights, station) - assembly.height(*id)).abs() <= apart
                 })
         };
         self.between.get(&ends)?.iter().find_map(|&line| {
             let ids = assembly.bound_ids(Bound { line, inverted: false });
             let other = place(&ids)?;
-            let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= WELD);
+            let near = |a: &Polyline, b: &Polyline| a.points().iter().all(|at| b.distance(*at) <= apart);
             let bound = Bound { line, inverted: ids.first() != points.first() };
             let near = near(&own, &other) && near(&other, &own);
             let high = || as_high(points, &own, &ids) && as_high(&ids, &other, points);
