@@ -6,26 +6,32 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Subject};
+use crate::geometry::{Point, Vector, polygon, polyline};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::spot;
-use crate::lanelet::{LineString, LineStringId};
+use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 use super::exchanged_lights::{Exchange, FRONT, edge_at, exchanges};
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;
 
+/// A driver sees a light from this far, metres. What obeys it lies that near, or is misplaced itself.
+const SEEN_FROM: f64 = 150.0;
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     min_height: f64,
     max_height: f64,
+    off_road: f64,
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
     let usual = usual_height(map, params);
-    let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params, usual)).collect();
+    let mut findings: Vec<Finding> = lights.clone().filter_map(|line| height(line, params, usual)).collect();
+    findings.extend(lights.filter_map(|line| off_road(map, line, params.off_road)));
     let exchanges = exchanges(map);
     findings.extend(exchanges.iter().map(Exchange::finding));
     let exchanged = exchanges.iter().flat_map(|one| one.bodies.iter().copied()).collect();
@@ -65,6 +71,34 @@ fn height(line: &LineString, params: &Params, usual: f64) -> Option<Finding> {
         let edits = vec![Edit::SetTag { on: subject, key: "height".into(), value: value.as_str().into() }];
         finding.fixed_by(format!("set height={value}: it stands there in centimetres"), false, edits)
     })
+}
+
+/// A light for vehicles that stands farther than this, metres, from every lanelet that they may drive on, though one that obeys it lies
+/// in the same part of the map.
+fn off_road(map: &MapIndex, light: &LineString, most: f64) -> Option<Finding> {
+    if !light.attributes.is("subtype", "red_yellow_green") {
+        return None;
+    }
+    let view = map.view();
+    let places = view.places(light);
+    let middle = nalgebra::center(places.first()?, places.last()?);
+    let is_near = |at: usize| {
+        let outline = &map.lanes[at].outline;
+        let edge: Vec<Point> = outline.iter().chain(outline.first()).copied().collect();
+        polyline::reaches(&edge, middle, most, &mut 0) || polygon::contains(outline, middle)
+    };
+    let around = |reach: f64| {
+        let reach = Vector::repeat(reach);
+        map.lanes_near(middle - reach, middle + reach).into_iter().filter(|&at| map.lanes[at].vehicle)
+    };
+    if around(most).any(is_near) {
+        return None;
+    }
+    let names = |element: &RegulatoryElement| element.linestrings("refers").any(|id| id == light.id);
+    let obeys = |at: usize| map.elements(map.lanes[at].id, "traffic_light").any(names);
+    let id = light.id;
+    let message = format!("Traffic light {id} stands more than {most} m from every lanelet for vehicles.");
+    around(SEEN_FROM).any(obeys).then(|| Finding::new("off-road", Subject::LineString(id.0), message))
 }
 
 /// Which side of a light somebody sees.

@@ -2,6 +2,7 @@
 
 mod borders;
 mod ends;
+mod fans;
 mod holes;
 mod links;
 mod narrow;
@@ -23,6 +24,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = shape::judge(map, params);
     findings.extend(borders::judge(map));
     findings.extend(ends::judge(map, params, &moves, &links));
+    findings.extend(fans::judge(map));
     findings.extend(narrow::judge(map, params, &moves));
     findings.extend(network::judge(map, params, &moves, &links));
     findings.extend(links.into_findings());
