@@ -74,9 +74,23 @@ fn tags(map: &MapIndex) -> Vec<Finding> {
         .flat_map_iter(|it| {
             let is_known = known(it.subject);
             let slips = it.tags.iter().filter_map(|(key, value)| tag(&it, is_known, key, value));
-            slips.collect::<Vec<_>>()
+            slips.chain(twice(&it)).collect::<Vec<_>>()
         })
         .collect()
+}
+
+/// Keys that stand in one primitive more than once, with different values.
+fn twice(it: &Tagged) -> Vec<Finding> {
+    let mut tags: Vec<(&str, &str)> = it.tags.iter().collect();
+    // Stable: of one key the first and the last value stay so.
+    tags.sort_by_key(|(key, _)| *key);
+    let of_keys = tags.chunk_by(|(one, _), (other, _)| one == other);
+    let told = of_keys.filter_map(|tags| {
+        let (&(key, first), &(_, last)) = (tags.first()?, tags.last()?);
+        let message = format!("{} has the key {key} twice, with {first} and {last}.", name(it.subject));
+        (first != last).then(|| Finding::new("twice", it.subject, message))
+    });
+    told.collect()
 }
 
 /// What is wrong with one tag.
