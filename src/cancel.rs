@@ -72,7 +72,7 @@ pub(crate) fn pass_on(payload: Box<dyn Any + Send>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parallel::Finely;
+    use crate::parallel::InSmallParts;
     use rayon::prelude::*;
 
     #[test]
@@ -99,7 +99,7 @@ mod tests {
             let work = || {
                 (0..10_000_usize)
                     .into_par_iter()
-                    .finely()
+                    .in_small_parts()
                     .map(|i| {
                         if i == cancel_at {
                             token.cancel();

@@ -9,17 +9,17 @@ use crate::cancel;
 const PARTS: usize = 32;
 
 /// Work in parts that are small enough to be passed on.
-pub(crate) trait Finely: IndexedParallelIterator {
+pub(crate) trait InSmallParts: IndexedParallelIterator {
     /// In many parts. By itself rayon makes four of the work of two threads, and halves what a thread takes from another: what costs
     /// more than the rest, as large intersections do, keeps one thread busy while the others have nothing to do. Before each part it
     /// is looked whether the work was called off.
-    fn finely(self) -> MaxLen<Watched<Self>> {
+    fn in_small_parts(self) -> MaxLen<Watched<Self>> {
         let most = self.len().div_ceil(PARTS * rayon::current_num_threads());
         Watched(self).with_max_len(most.max(1))
     }
 }
 
-impl<I: IndexedParallelIterator> Finely for I {}
+impl<I: IndexedParallelIterator> InSmallParts for I {}
 
 /// An iterator that begins no further part once the work was cancelled.
 #[derive(Clone, Debug)]
@@ -100,7 +100,7 @@ mod tests {
             let part = || 0_usize;
             let numbers: Vec<usize> = (0..count)
                 .into_par_iter()
-                .finely()
+                .in_small_parts()
                 .map_init(part, |done, i| {
                     *done += 1;
                     longest.fetch_max(*done, Ordering::Relaxed);

@@ -12,7 +12,7 @@ use crate::report::failure::Failure;
 use crate::settings::Settings;
 
 use super::config::NAME;
-use super::divided::{grid, into_draft, told};
+use super::divided::{division_error, grid, into_draft};
 use super::error::{Error, ErrorKind};
 use super::files::Draft;
 use super::layout::{Layout, LayoutOptions};
@@ -108,8 +108,8 @@ impl BuiltMap {
             write(failure.help("nothing was changed; check the place's permissions and free space"))
         })?;
         let (files, projector) = ([whole], Some(self.built.projector));
-        let divided =
-            into_draft(&mut draft, &files, projector, grid, &|_| ()).map_err(|error| told(directory, error))?;
+        let divided = into_draft(&mut draft, &files, projector, grid, &|_| ())
+            .map_err(|error| division_error(directory, error))?;
         let rest = || -> Result<(), Failure> {
             draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
             draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;

@@ -43,7 +43,7 @@ pub fn split(
     let write = |error| ErrorKind::Write.error(error);
     let projector = projector(&settings).or_else(|| info.projector());
     let mut draft = Draft::new(output).map_err(write)?;
-    let divided = into_draft(&mut draft, &files, projector, grid, tell).map_err(|error| told(map, error))?;
+    let divided = into_draft(&mut draft, &files, projector, grid, tell).map_err(|error| division_error(map, error))?;
     beside.write(&mut draft, None).and_then(|()| draft.publish()).map_err(write)?;
     Ok(divided)
 }
@@ -69,7 +69,7 @@ pub(super) fn into_draft(
 }
 
 /// Why a map was not divided, and the way out.
-pub(super) fn told(map: &Path, error: Unmade) -> Error {
+pub(super) fn division_error(map: &Path, error: Unmade) -> Error {
     match error {
         Unmade::Draft(failure) => ErrorKind::Write.error(failure),
         Unmade::Divide(error) => undivided(map, error),

@@ -69,7 +69,7 @@ pub fn join(cut: &Cut, records: &Path, contested: &BTreeSet<i64>) -> Result<Join
     joined(cut, &tiles, grid, records, contested).map_err(|error| match error {
         Unmade::Said(error) => error,
         Unmade::Disagreement(Disagreement::Io(error)) => unwritten(records, &error),
-        Unmade::Disagreement(found) => told(&cut.input, cut.sizes, &found),
+        Unmade::Disagreement(found) => disagreement_error(&cut.input, cut.sizes, &found),
     })
 }
 
@@ -129,7 +129,7 @@ fn unread(file: &Path, error: &io::Error) -> Error {
 }
 
 /// In what tiles disagree, and the way out.
-fn told(input: &str, TileSizes { margin, .. }: TileSizes, found: &Disagreement) -> Error {
+fn disagreement_error(input: &str, TileSizes { margin, .. }: TileSizes, found: &Disagreement) -> Error {
     let failure = Failure::new(format!("{input}: {found}")).about(input);
     let margin = format!("it depends on what lies more than {margin} m away: give --margin {}", 2 * margin);
     let why = if matches!(found, Disagreement::Id(_)) { "ids are hashes; this is a bug" } else { &margin };

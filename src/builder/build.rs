@@ -5,7 +5,7 @@ use crate::geometry::Point;
 use crate::lanelet::index::reaches;
 use crate::lanelet::{Lanelet, LaneletMap};
 use crate::osm::{OsmData, Way};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{Extent, Extents, LonLat, Projector};
 use crate::settings::{MergeSettings, Profile, Settings};
 use crate::xodr::OpenDrive;
@@ -328,7 +328,7 @@ fn finished(
 
 /// The box around all nodes of ways that are roads by their tags.
 fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
-    let roads = osm.ways.par_iter().finely().filter(|w| w.tags.has("highway"));
+    let roads = osm.ways.par_iter().in_small_parts().filter(|w| w.tags.has("highway"));
     let around = |w: &Way| {
         let places = w.nodes.iter().filter_map(|&id| osm.node(id)?.position);
         places.map(Extents::of).reduce(Extents::with)

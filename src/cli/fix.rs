@@ -78,7 +78,7 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }
     fixed.write()?;
-    output::tell(&args.map, &fix_summary::told(&fixed.mended))?;
+    output::tell(&args.map, &fix_summary::summary(&fixed.mended))?;
     Ok(if fixed.mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
 }
 
@@ -86,7 +86,7 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
 pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool, least: Severity) -> Result<(), Failure> {
     let fixed = fixed(map, config, Scope { unsafe_too, least, ..Scope::default() }, None)?;
     fixed.write()?;
-    output::complain(&fix_summary::told(&fixed.mended));
+    output::complain(&fix_summary::summary(&fixed.mended));
     Ok(())
 }
 

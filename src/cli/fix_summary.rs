@@ -11,7 +11,7 @@ use crate::text::without_numbers;
 const NAMED: usize = 3;
 
 /// All that is said after mending.
-pub fn told(mended: &Mended) -> String {
+pub fn summary(mended: &Mended) -> String {
     let mut drawn: BTreeMap<usize, Vec<String>> = BTreeMap::new();
     for &(at, kind, id) in &mended.drawn {
         drawn.entry(at).or_default().extend(named(&mended.osm, kind, id));

@@ -116,7 +116,7 @@ fn run_versions(args: &MergeArgs, base: &Path) -> Result<u8, Failure> {
             out.write_all(visible_lines(&format!("{}{page}", text(of, &merged))).as_bytes())
         }
         MergeFormat::Json => {
-            let told = Told::of(&merged);
+            let told = MergeOutcome::of(&merged);
             writeln!(HarmlessJson::new(out), "{}", serde_json::to_string_pretty(&told).map_err(Error::other)?)
         }
     })?;
@@ -190,7 +190,7 @@ pub fn text(of: &Path, map: &MergedMap) -> String {
 
 /// What came of a merge, for programs.
 #[derive(Serialize)]
-struct Told<'a> {
+struct MergeOutcome<'a> {
     schema_version: u32,
     taken: Taken,
     conflicts: &'a [Conflict],
@@ -213,7 +213,7 @@ struct NewFinding<'a> {
     at: Option<crate::projection::LonLat>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> MergeOutcome<'a> {
     fn of(map: &'a MergedMap) -> Self {
         let renumbered = map.merged.renumbered.iter().map(|&(subject, new_id)| Renumbered { subject, new_id });
         let found = map.new_findings.iter().map(|found| NewFinding {

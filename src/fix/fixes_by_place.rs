@@ -9,7 +9,7 @@ use super::text_edits::{Key, key_of};
 use crate::diagnostic::Diagnostic;
 
 /// A fix may have caused an error within this distance (m), which is about the size of an intersection with its approaches.
-pub const REACH: f64 = 60.0;
+pub const BLAME_DISTANCE: f64 = 60.0;
 
 /// The fixes of a batch by place and by what they are about.
 pub struct ByPlace {
@@ -82,7 +82,7 @@ impl ByPlace {
     /// The fixes within reach of an error.
     pub fn around(&self, error: &Diagnostic) -> impl Iterator<Item = usize> + '_ {
         let place = error.local.map(|place| [place.x, place.y]);
-        let within = place.map(|place| self.tree.locate_within_distance(place, REACH * REACH));
+        let within = place.map(|place| self.tree.locate_within_distance(place, BLAME_DISTANCE * BLAME_DISTANCE));
         within.into_iter().flatten().map(|one| one.data)
     }
 

@@ -1,11 +1,11 @@
 //! Which fixes go first, place by place.
 
-use super::fixes_by_place::{ByPlace, REACH};
+use super::fixes_by_place::{BLAME_DISTANCE, ByPlace};
 use super::proposal::{Mend, Proposal};
 
 /// Fixes farther apart than this (m) do not affect each other, unless they are about the same elements: their effects are found
-/// within [`REACH`].
-pub const APART: f64 = 2.0 * REACH;
+/// within [`BLAME_DISTANCE`].
+pub const APART: f64 = 2.0 * BLAME_DISTANCE;
 
 /// Ranks: what mends the file itself, what is safe, what is assumed, areas.
 const RANKS: usize = 4;

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::Point;
 
@@ -84,8 +84,8 @@ impl SpatialHash {
     /// depends on the boxes only.
     pub fn pairs<T: Send>(&self, map: impl Fn(usize, usize) -> Option<T> + Sync) -> Vec<T> {
         let buckets = 0..self.starts.len() - 1;
-        let small = buckets.into_par_iter().finely().flat_map_iter(|bucket| self.small_pairs(bucket));
-        let large = self.large.par_iter().finely().flat_map_iter(|&i| self.large_pairs(i as usize));
+        let small = buckets.into_par_iter().in_small_parts().flat_map_iter(|bucket| self.small_pairs(bucket));
+        let large = self.large.par_iter().in_small_parts().flat_map_iter(|&i| self.large_pairs(i as usize));
         small.chain(large).filter_map(|(i, j)| map(i, j)).collect()
     }
 

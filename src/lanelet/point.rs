@@ -2,7 +2,7 @@
 
 use crate::diagnostic::SourceSpan;
 use crate::geometry::Point as PlanePoint;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{LonLat, Projector};
 
 use super::{Attributes, LaneletMap, PointId};
@@ -105,7 +105,7 @@ impl LaneletMap {
     pub fn place_on_globe(&mut self, projector: &Projector) {
         /// Points that one thread takes at a time: some milliseconds of work.
         const CHUNK: usize = 1 << 13;
-        self.points.as_mut_slice().par_chunks_mut(CHUNK).finely().for_each(|points| {
+        self.points.as_mut_slice().par_chunks_mut(CHUNK).in_small_parts().for_each(|points| {
             let places = lonlats(&points.iter().collect::<Vec<_>>(), projector);
             for (point, place) in points.iter_mut().zip(places) {
                 point.more().lonlat = place.unwrap_or(NOWHERE);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use rayon::prelude::*;
 
 use crate::osm::{ElementKind, MetaInfo, OsmText, Tags, Text};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{LonLat, Projector};
 
 use super::point::lonlats;
@@ -75,7 +75,7 @@ impl Texts {
             next.resize_with(CHUNKS, OsmText::default);
             let (written, ()) = rayon::join(
                 || ready.iter().take(filled).try_for_each(|text| out.write_all(text.as_bytes())),
-                || next.par_iter_mut().finely().zip(batch.par_chunks(CHUNK).finely()).for_each(made),
+                || next.par_iter_mut().in_small_parts().zip(batch.par_chunks(CHUNK).in_small_parts()).for_each(made),
             );
             written?;
             filled = batch.len().div_ceil(CHUNK);

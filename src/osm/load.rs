@@ -38,7 +38,7 @@ fn is_xml(bytes: &[u8]) -> bool {
 fn read(path: &Path, file: &File, length: u64) -> io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
 
-    use crate::parallel::Finely;
+    use crate::parallel::InSmallParts;
     use rayon::prelude::*;
 
     /// Bytes that one thread reads at a time.
@@ -48,7 +48,7 @@ fn read(path: &Path, file: &File, length: u64) -> io::Result<Vec<u8>> {
         return std::fs::read(path);
     }
     let mut bytes = vec![0; length as usize];
-    let parts = bytes.par_chunks_mut(PART).finely().enumerate();
+    let parts = bytes.par_chunks_mut(PART).in_small_parts().enumerate();
     parts.try_for_each(|(i, part)| file.read_exact_at(part, (i * PART) as u64))?;
     Ok(bytes)
 }

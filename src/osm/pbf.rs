@@ -12,7 +12,7 @@ use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, 
 use rayon::prelude::*;
 
 use crate::cancel;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{Extent, LonLat};
 use crate::text::SourceSpan;
 
@@ -87,7 +87,7 @@ fn decode(data: &mut OsmData, name: &str, file: u32, blobs: &[Blob], most: u64) 
     let guarded = |blob: &Blob| catch_unwind(AssertUnwindSafe(|| decode(blob)));
     // Behind a block that is too long, or once there is too much of all, nothing is decoded: it could fill the memory.
     let (held, too_long) = (AtomicU64::new(0), AtomicUsize::new(usize::MAX));
-    let sparing = |(at, blob)| {
+    let read_blob = |(at, blob)| {
         if held.load(Relaxed) > most || too_long.load(Relaxed) < at {
             return Ok(Ok(Part::default()));
         }
@@ -98,7 +98,7 @@ fn decode(data: &mut OsmData, name: &str, file: u32, blobs: &[Blob], most: u64) 
         }
         part
     };
-    let parts: Vec<_> = blobs.par_iter().enumerate().finely().map(sparing).collect();
+    let parts: Vec<_> = blobs.par_iter().enumerate().in_small_parts().map(read_blob).collect();
     if held.into_inner() > most {
         return Err(ReadError::TooLarge { name: name.to_owned(), most });
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::geometry::{Point, Vector};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::LonLat;
 use super::chebyshev_inverse::{Patch, Square, square_of};
@@ -136,7 +136,7 @@ fn in_chunks<T: Sync, R: Send>(items: &[T], run: impl Fn(&[T]) -> Vec<R> + Sync 
     if items.len() <= CHUNK {
         return run(items);
     }
-    let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).finely().map(run).collect();
+    let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).in_small_parts().map(run).collect();
     parts.into_iter().flatten().collect()
 }
 

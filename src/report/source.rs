@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::escape::{is_plain, visible};
 use crate::diagnostic::SourceSpan;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// More bytes than this around a label are not shown: some programs write a whole map on one line.
 const MOST_CONTEXT: usize = 300;
@@ -116,7 +116,8 @@ fn harmless(text: &str) -> Cow<'_, str> {
     const CHUNK: usize = 1 << 20;
     let harms = |c: char| !matches!(c, '\t' | '\n' | '\r') && !is_plain(c);
     // Most maps, and most lines of the others, are plain ASCII, which is faster to tell than that no letter does harm.
-    let plain = text.as_bytes().par_chunks(CHUNK).finely().all(|part| part.chunks(STRIDE).all(is_printable_ascii));
+    let plain =
+        text.as_bytes().par_chunks(CHUNK).in_small_parts().all(|part| part.chunks(STRIDE).all(is_printable_ascii));
     if plain || text.split('\n').all(|line| is_printable_ascii(line.as_bytes()) || !line.contains(harms)) {
         return Cow::Borrowed(text);
     }

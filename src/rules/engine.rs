@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::diagnostic::Diagnostic;
 use crate::lanelet::index::MapIndex;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::settings::Profile;
 
 use super::{Config, ConfigError, run_row, table, tier4};
@@ -21,6 +21,6 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
         return tier4::run(map, config);
     }
     let by_rule: Vec<Vec<Diagnostic>> =
-        rows.par_iter().finely().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
+        rows.par_iter().in_small_parts().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
     Ok(by_rule.into_iter().flatten().collect())
 }

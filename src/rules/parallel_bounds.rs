@@ -8,7 +8,7 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::thresholds;
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// Distance between measurements along a bound, metres: short compared with any lane.
 const MEASURED_EVERY: f64 = 1.0;
@@ -164,7 +164,7 @@ pub fn all(
             Bounds::default()
         }
     };
-    let lanes = || (0..map.lanes.len()).into_par_iter().finely();
+    let lanes = || (0..map.lanes.len()).into_par_iter().in_small_parts();
     let lines: Vec<Bounds> = lanes().map(taking_part).collect();
     let of_lane = |at: usize| {
         let [low, high] = map.lanes[at].extent;

@@ -9,7 +9,7 @@ use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::vocabulary::{Form, On, Slip, roles, slip};
 use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::text::{SourceSpan, Text, counted, misspelt, rearranged};
 
 use super::NoParams;
@@ -36,24 +36,24 @@ struct Tagged<'m> {
 fn tags(map: &MapIndex) -> Vec<Finding> {
     let (between, bulbs) = (lines_between_lanes(map), bulbs(map));
     let all = map.map;
-    let points = all.points.as_slice().par_iter().finely();
+    let points = all.points.as_slice().par_iter().in_small_parts();
     let points = points.map(|it| Tagged { on: On::Point, subject: Subject::Point(it.id.0), tags: it.attributes() });
-    let lines = all.linestrings.as_slice().par_iter().finely().map(|it| Tagged {
+    let lines = all.linestrings.as_slice().par_iter().in_small_parts().map(|it| Tagged {
         on: On::LineString,
         subject: Subject::LineString(it.id.0),
         tags: &it.attributes,
     });
-    let polygons = all.polygons.as_slice().par_iter().finely().map(|it| Tagged {
+    let polygons = all.polygons.as_slice().par_iter().in_small_parts().map(|it| Tagged {
         on: On::Polygon,
         subject: Subject::Polygon(it.id.0),
         tags: &it.attributes,
     });
-    let lanelets = all.lanelets.as_slice().par_iter().finely().map(|it| Tagged {
+    let lanelets = all.lanelets.as_slice().par_iter().in_small_parts().map(|it| Tagged {
         on: On::Lanelet,
         subject: Subject::Lanelet(it.id.0),
         tags: &it.attributes,
     });
-    let elements = all.regulatory_elements.as_slice().par_iter().finely().map(|it| Tagged {
+    let elements = all.regulatory_elements.as_slice().par_iter().in_small_parts().map(|it| Tagged {
         on: On::Element,
         subject: Subject::RegulatoryElement(it.id.0),
         tags: &it.attributes,

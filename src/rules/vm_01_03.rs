@@ -11,7 +11,7 @@ use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, declared_area};
 use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::parallel_bounds::{Border, on_two_levels};
 use super::{crowd, divided_lanelets, merged_borders, vm_01_02};
@@ -33,11 +33,11 @@ const ON_LINE: f64 = 0.05;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let open = |lane| borders(map, lane, &FxHashSet::default());
-    let mut borders_of: Vec<Vec<Border>> = map.lanes.par_iter().finely().map(open).collect();
+    let mut borders_of: Vec<Vec<Border>> = map.lanes.par_iter().in_small_parts().map(open).collect();
     let found = |at: usize, borders_of: &[Vec<Border>]| {
         along(map, borders_of, params, at).into_iter().map(move |other| (at, other))
     };
-    let all = (0..map.lanes.len()).into_par_iter().finely();
+    let all = (0..map.lanes.len()).into_par_iter().in_small_parts();
     let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
     if !pairs.is_empty() {
         // Few maps have such lanes, so the points of barriers are collected only here.

@@ -10,7 +10,7 @@ use crate::lanelet::index::{
 };
 use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::{Lanelet, LineStringId, PolygonId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::redrawn_area::{RedrawnAreas, area_around};
 use super::{NoParams, far_lanes};
@@ -234,7 +234,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
                 format!("draw the area of the intersection, tag its {} lanelets and say where they turn", lanes.len());
             Some(Fix { title, safe: false, edits: marking(map, &lanes, &outline) })
         };
-        let fixes: Vec<Option<Fix>> = all.par_iter().finely().map(fix).collect();
+        let fixes: Vec<Option<Fix>> = all.par_iter().in_small_parts().map(fix).collect();
         Self { map, all: all.into_iter().zip(fixes).collect(), by_lane }
     }
 

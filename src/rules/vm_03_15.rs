@@ -101,7 +101,7 @@ fn runs_along(params: &Params, lane: &Lane, road: &Lane, side: usize) -> bool {
         Polyline::new(points.iter().copied())
     };
     let (Some(own), Some(theirs)) = (bound(lane, side), bound(road, 1 - side)) else { return false };
-    let samples = own.resampled(crate::lanelet::index::STEP);
+    let samples = own.resampled(crate::lanelet::index::HEADING_STEP);
     let close = samples.points().iter().filter(|&&p| theirs.distance(p) < params.gap).count();
     close as f64 > params.along * samples.points().len() as f64
 }

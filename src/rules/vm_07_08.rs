@@ -7,7 +7,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Conflict, Lane, MapIndex};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::crowd;
 
@@ -33,7 +33,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             && map.turn_direction(at).is_none()
     };
     // Each is asked for by every lane that lies on it.
-    let streets: Vec<bool> = (0..map.lanes.len()).into_par_iter().finely().map(street).collect();
+    let streets: Vec<bool> = (0..map.lanes.len()).into_par_iter().in_small_parts().map(street).collect();
     let street = |at: usize| streets[at];
     for at in (0..map.lanes.len()).filter(|&at| street(at)) {
         let behind = map.conflicts[at].iter().filter(|one| one.other > at && one.real && one.area > params.area);

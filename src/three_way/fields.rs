@@ -58,7 +58,7 @@ pub(super) fn merged(
     let members = match one_of(lists) {
         Some(members) => members.to_vec(),
         None if is_ring => ring(lists).unwrap_or_else(|| {
-            clash("members", lists.map(|members| Some(members.iter().map(told).collect::<Vec<_>>().join(", "))));
+            clash("members", lists.map(|members| Some(members.iter().map(member_text).collect::<Vec<_>>().join(", "))));
             ours.members.clone()
         }),
         None => by_role(lists, &mut clash),
@@ -91,7 +91,7 @@ fn ring(lists: [&[Member]; 3]) -> Option<Vec<Member>> {
     Some(merged.into_iter().filter_map(|number| all.get(number).copied().cloned()).collect())
 }
 
-fn told(member: &Member) -> String {
+fn member_text(member: &Member) -> String {
     format!("{} {} as {}", member.kind, member.id, if member.role.is_empty() { "member" } else { &member.role })
 }
 

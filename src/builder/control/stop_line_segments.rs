@@ -13,7 +13,7 @@ use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::marking::before_stop;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::mid_block_signals::SignalisedCrossing;
 use lanelet_split::{EdgeMarkings, LaneletSplitter, RepaintedSegment, RoadSplits, StopApproach, split_lanes};
@@ -71,7 +71,7 @@ pub fn split_before_stop_lines(
         let repainted = repainted.collect();
         Some(RoadSplits { road: ix, splits: splitter.splits, repainted }).filter(|found| !found.splits.is_empty())
     };
-    let splits = network.roads.par_iter().finely().enumerate().filter_map(road_splits).collect();
+    let splits = network.roads.par_iter().in_small_parts().enumerate().filter_map(road_splits).collect();
     split_lanes(assembly, network, lanes, splits)
 }
 

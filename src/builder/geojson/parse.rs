@@ -7,7 +7,7 @@ use serde_json::value::RawValue;
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::osm::Text;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;
@@ -44,7 +44,7 @@ pub fn parse(text: &str, projector: Option<Projector>) -> Result<Parsed, ReadErr
     let features = features.unwrap_or_default();
     let offset = |feature: &RawValue| feature.get().as_ptr().addr() - text.as_ptr().addr();
     let read: Vec<_> =
-        features.par_iter().finely().map(|feature| read_feature(feature.get(), offset(feature))).collect();
+        features.par_iter().in_small_parts().map(|feature| read_feature(feature.get(), offset(feature))).collect();
     let mut parsed = Parsed {
         header: lanewright,
         projector: Projector::Local,

@@ -14,7 +14,7 @@ use crate::builder::streets::outline::{MITER_LIMIT, Outline, OutlineCase, Outlin
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
 use crate::geometry::{Point, Polyline, curve};
 use crate::osm::Text;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{LonLat, Projector};
 
 use super::encoding::{EncodedPositions, rounded};
@@ -61,7 +61,7 @@ pub fn write(
 ) -> Result<(), WriteError> {
     let restrictions = by_intersection(network, &network.restrictions, |restriction| restriction.from);
     let connections = by_intersection(network, &network.connections, |connection| connection.from);
-    let ids = network.roads.par_iter().finely().map(|road| road_id(&road.key)).collect();
+    let ids = network.roads.par_iter().in_small_parts().map(|road| road_id(&road.key)).collect();
     let streets = &Streets { network, outlines, projector, ids, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
     out.write_all(&serde_json::to_vec(&Header::new(network, projector))?)?;
@@ -72,7 +72,8 @@ pub fn write(
     let [mut ready, mut next] = [(); 2].map(|()| vec![Vec::new(); BATCH]);
     let mut count = 0;
     for batch in chunks.chunks(BATCH) {
-        let encode = || batch.par_iter().finely().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
+        let encode =
+            || batch.par_iter().in_small_parts().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
         let (written, encoded) = rayon::join(|| ready[..count].iter().try_for_each(|text| out.write_all(text)), encode);
         written?;
         encoded?;

@@ -12,7 +12,7 @@ use crate::builder::network::road_end::{from_cut, lanes_at, leads_in, leads_out,
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::road_cut::{ConnectionLines, RoadCut};
 
@@ -132,7 +132,7 @@ pub fn level_cuts(
         let own = from_cut(least[at.road], at.end, cuts[at.road].kept[at.end]);
         Some((at, own + depth_of_neighbour(network, cuts, one, other)?))
     };
-    let level_setbacks = network.intersections.par_iter().finely().flat_map_iter(|intersection| {
+    let level_setbacks = network.intersections.par_iter().in_small_parts().flat_map_iter(|intersection| {
         let both = neighbours(network, intersection, inward, PARALLEL).flat_map(|[a, b]| [(a, b), (b, a)]);
         both.filter_map(level_setback)
     });
@@ -185,7 +185,7 @@ fn gore_corner(network: &RoadNetwork, lines: &ConnectionLines, edges: [EdgeAt; 2
 /// The corners that neighbouring roads share.
 pub fn gore_corners(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<GoreCorner> {
     let inward = |at: RoadEnd| lines.inward[at.road][at.end];
-    let corners = network.intersections.par_iter().finely().flat_map_iter(|intersection| {
+    let corners = network.intersections.par_iter().in_small_parts().flat_map_iter(|intersection| {
         let pairs = neighbours(network, intersection, inward, ABREAST);
         let pairs = pairs.filter(|pair| !are_separate_approaches(network, *pair));
         pairs.filter_map(|pair| gore_corner(network, lines, pair))

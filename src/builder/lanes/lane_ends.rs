@@ -16,7 +16,7 @@ use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, Roa
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::{angle_between, cross};
 use crate::lanelet::index::HEADING_REACH;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::gore::level_cuts;
 use super::road_cut::{
@@ -78,7 +78,7 @@ pub fn connection_lines<'a>(
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
     let mut cuts: Vec<RoadCut> =
-        setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
+        setbacks.par_iter().in_small_parts().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
     // Where a road is too short to be cut back, its neighbour is cut back less.
     for lower_to in [None, None, Some(least_setbacks)] {
         for road in level_cuts(network, least, &cuts, &mut setbacks, lower_to) {
@@ -364,7 +364,7 @@ fn clear_of_bends(road: &Road, (least, firm, left): (Stations, [f64; 2], f64), m
     /// A cut moves by at most this, metres, or out of a right angle as tight as the road can bend, ...
     const MOST: f64 = 6.0;
     /// ... in steps of this, metres.
-    const STEP: f64 = 0.5;
+    const ROOM_STEP: f64 = 0.5;
     let half = road.half_width();
     for end in End::BOTH {
         let room = (kept[1] - kept[0] - left).max(0.0);
@@ -373,7 +373,7 @@ fn clear_of_bends(road: &Road, (least, firm, left): (Stations, [f64; 2], f64), m
             let headings = [depth, depth + behind].map(|depth| inward(road, end, at_depth(kept, end, depth)));
             angle_between(headings[0], headings[1]).abs().to_degrees()
         };
-        let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST.max(2.0 * half));
+        let steps = (0..).map(|i| ROOM_STEP * f64::from(i)).take_while(|depth| *depth <= MOST.max(2.0 * half));
         let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
         let is_clear = |depth: f64, most: f64| {
             bend([depth, STRAIGHT_BEHIND_CUT]) <= most && bend([depth, half]) <= INNER_BEND_MOST

@@ -11,7 +11,7 @@ use crate::geometry::{Point, Vector};
 use crate::lanelet::index::{center_line, tangent};
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::osm::Text;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::border::borders;
 use super::road_continuation::Continuations;
@@ -49,7 +49,7 @@ pub fn lanes(
             roads.iter().map(|&ix| road_lanes(&mut part, network, ix, lines.cut(ix), joins)).collect();
         (part.into_part(), drawn)
     };
-    let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| draw(assembly, roads)).collect();
+    let parts: Vec<_> = all.par_chunks(CHUNK).in_small_parts().map(|roads| draw(assembly, roads)).collect();
     let (parts, of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
     assembly.add_all(parts);
     let mut lanes = Lanes::default();

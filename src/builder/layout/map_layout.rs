@@ -19,7 +19,7 @@ use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::Finding;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use lane_end_overlap::{BACK_MOST, TOUCH};
 
@@ -150,24 +150,26 @@ impl Layout {
         let Self { network, restrictions, joins, lines, assembly, lanes, turning, drawn, .. } = self;
         let roundabouts = network.whole_roundabouts();
         let more = AtomicU64::new(0);
-        turning.par_iter_mut().finely().enumerate().filter(|(_, turning)| turning.is_none()).for_each(|(i, slot)| {
-            let at = &network.intersections[i];
-            if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
-                return;
-            }
-            let site =
-                Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
-            let mut turning = IntersectionLanelets::draw(site);
-            more.fetch_add((turning.drawn.paths.len() as u64).pow(2), Ordering::Relaxed);
-            if at.arms.len() > 2 {
-                turning.overlapped_ends =
-                    lane_end_overlap::depths(network, lines, lanes, assembly, at, &turning.drawn.paths);
-            }
-            if turning.overlapped_ends.is_empty() {
-                turning = turning.outlined(site);
-            }
-            *slot = Some(Box::new(turning));
-        });
+        turning.par_iter_mut().in_small_parts().enumerate().filter(|(_, turning)| turning.is_none()).for_each(
+            |(i, slot)| {
+                let at = &network.intersections[i];
+                if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
+                    return;
+                }
+                let site =
+                    Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
+                let mut turning = IntersectionLanelets::draw(site);
+                more.fetch_add((turning.drawn.paths.len() as u64).pow(2), Ordering::Relaxed);
+                if at.arms.len() > 2 {
+                    turning.overlapped_ends =
+                        lane_end_overlap::depths(network, lines, lanes, assembly, at, &turning.drawn.paths);
+                }
+                if turning.overlapped_ends.is_empty() {
+                    turning = turning.outlined(site);
+                }
+                *slot = Some(Box::new(turning));
+            },
+        );
         *drawn += more.into_inner();
     }
 
@@ -178,7 +180,8 @@ impl Layout {
         let bare = |turning: &Option<Box<IntersectionLanelets>>| {
             turning.as_ref().is_some_and(|turning| turning.conflicts.is_none())
         };
-        let bare = turning.par_iter_mut().finely().zip(&network.intersections).filter(|(turning, _)| bare(turning));
+        let bare =
+            turning.par_iter_mut().in_small_parts().zip(&network.intersections).filter(|(turning, _)| bare(turning));
         bare.for_each(|(slot, at)| {
             let site =
                 Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };

@@ -7,7 +7,7 @@ use crate::builder::tags::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags, Text, Way};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::{Extent, LonLat};
 use crate::settings::{AssumeSettings, RoadSettings};
 
@@ -122,7 +122,7 @@ pub fn road_network(
     let ((positions, pieces, crossed), (at_nodes, sections)) = rayon::join(cut_ways, read_tags);
     let pieces: Vec<(WayPiece, Polyline)> = pieces
         .into_par_iter()
-        .finely()
+        .in_small_parts()
         .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
         .collect();
     if pieces.is_empty() {
@@ -137,7 +137,7 @@ pub fn road_network(
     nodes.dedup();
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
 
-    let roads = pieces.par_iter().finely().zip(&centres).map(|(piece, centre)| {
+    let roads = pieces.par_iter().in_small_parts().zip(&centres).map(|(piece, centre)| {
         let layout = &layouts[&piece.way];
         let mut road = road(piece, &drivable[piece.way], layout, &customs, centre, &index);
         road.features = features::along(piece, &road, &positions, &at_nodes);
@@ -254,7 +254,7 @@ fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mu
         let verdict = classify(way_in_force);
         (!matches!(verdict, AccessVerdict::NoRoad) && is_last()).then_some((way_in_force, verdict))
     };
-    let mut verdicts: Vec<(&Way, AccessVerdict)> = osm.ways.par_iter().finely().filter_map(verdict).collect();
+    let mut verdicts: Vec<(&Way, AccessVerdict)> = osm.ways.par_iter().in_small_parts().filter_map(verdict).collect();
     verdicts.sort_unstable_by_key(|(way, _)| way.id);
     let mut drivable = Vec::new();
     for (way, verdict) in verdicts {
@@ -276,7 +276,7 @@ fn located(osm: &OsmData, drivable: &[Drivable<'_>]) -> (Vec<i64>, Vec<LonLat>) 
     ids.par_sort_unstable();
     ids.dedup();
     let known: Vec<(i64, LonLat)> =
-        ids.into_par_iter().finely().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
+        ids.into_par_iter().in_small_parts().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
     known.into_iter().unzip()
 }
 
@@ -356,7 +356,7 @@ fn intersections(
     }
     nodes
         .par_iter()
-        .finely()
+        .in_small_parts()
         .zip(ends)
         .map(|(&id, ends)| {
             let position = positions[&id];

@@ -16,7 +16,7 @@ use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 use crate::builder::tags::speed::unread;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::End;
 use super::access::{Access, Drivable};
@@ -42,7 +42,7 @@ impl<'d, 'a> WaySections<'d, 'a> {
     /// Reads the tags of all ways.
     pub fn read(drivable: &'d [Drivable<'a>], customs: Customs<'d>) -> Self {
         let mut sections = Self { drivable, customs, layouts: Vec::new() };
-        sections.layouts = drivable.par_iter().finely().map(|way| sections.layout(way, None)).collect();
+        sections.layouts = drivable.par_iter().in_small_parts().map(|way| sections.layout(way, None)).collect();
         sections
     }
 
@@ -76,7 +76,7 @@ impl<'d, 'a> WaySections<'d, 'a> {
         used.sort_unstable();
         used.dedup();
         let graph = WayGraph::new(self.drivable, positions, used.iter().map(|&i| (i, &self.layouts[i].0)));
-        let again = used.par_iter().finely().filter_map(|&i| {
+        let again = used.par_iter().in_small_parts().filter_map(|&i| {
             let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i))?;
             Some((i, self.layout(&self.drivable[i], Some(&lanes))))
         });

@@ -70,7 +70,7 @@ pub fn meeting(scene: &Scene, lanes: &[StretchLanes], known: &[Contact]) -> (Vec
         }
     }
     let contacts: Vec<Contact> = found.into_iter().map(|(ends, line)| Contact { ends, line, bridged: false }).collect();
-    let notes = told(scene, &contacts);
+    let notes = contact_notes(scene, &contacts);
     (contacts, notes)
 }
 
@@ -95,7 +95,7 @@ fn endings(scene: &Scene, lanes: &[StretchLanes], linked: &BTreeSet<LaneEnd>) ->
     found
 }
 
-fn told(scene: &Scene, contacts: &[Contact]) -> Vec<Finding> {
+fn contact_notes(scene: &Scene, contacts: &[Contact]) -> Vec<Finding> {
     let mut by_roads: BTreeMap<[usize; 2], Vec<&Contact>> = BTreeMap::new();
     for contact in contacts {
         by_roads.entry(contact.ends.map(|end| scene.stretches[end.stretch].road)).or_default().push(contact);

@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::lanelet::index::Reach;
 use crate::lanelet::{Bound, Lanelet, LaneletMap, PointId, TurnDirection};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// Autoware starts the turn signal this distance before a turn, metres, ...
 const DISTANCE: f64 = 30.0;
@@ -31,10 +31,10 @@ const PER_METRE: f64 = 1e3;
 /// each linestring of the map.
 pub fn limit_turn_signals(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     let lanelets = map.lanelets.as_slice();
-    let links = lanelets.par_iter().finely().map(|lanelet| Link::new(map, reaches, lanelet)).collect();
+    let links = lanelets.par_iter().in_small_parts().map(|lanelet| Link::new(map, reaches, lanelet)).collect();
     let chains = LaneletChains::new(links);
     let limit = |(i, lanelet): (usize, &Lanelet)| Some((i, chains.distance_to_opposite_turn(i, lanelet)?));
-    let limits: Vec<(usize, f64)> = lanelets.par_iter().finely().enumerate().filter_map(limit).collect();
+    let limits: Vec<(usize, f64)> = lanelets.par_iter().in_small_parts().enumerate().filter_map(limit).collect();
     let lanelets = map.lanelets.as_mut_slice();
     for (i, metres) in limits {
         // Rounded down, so that the signal starts behind the other turn.

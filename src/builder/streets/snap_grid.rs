@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::builder::network::RoadNetwork;
 use crate::geometry::{Point, Polyline};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::outline::Outlines;
 
@@ -34,7 +34,7 @@ fn round(number: &mut f64) {
 /// The network with every point on the grid and every number rounded.
 #[must_use]
 pub fn snap_network(mut network: RoadNetwork) -> RoadNetwork {
-    network.roads.par_iter_mut().finely().for_each(|road| {
+    network.roads.par_iter_mut().in_small_parts().for_each(|road| {
         snap_line(&mut road.line);
         road.heights.iter_mut().for_each(round);
         let stations = road.features.iter_mut().map(|feature| &mut feature.station);
@@ -56,7 +56,7 @@ pub fn snap_network(mut network: RoadNetwork) -> RoadNetwork {
 #[must_use]
 pub fn snap_outlines(mut outlines: Outlines) -> Outlines {
     outlines.kept.iter_mut().flatten().for_each(round);
-    outlines.intersections.par_iter_mut().finely().for_each(|outline| {
+    outlines.intersections.par_iter_mut().in_small_parts().for_each(|outline| {
         let cuts = outline.cuts.iter_mut().flat_map(|cut| [&mut cut.left, &mut cut.right]);
         for p in cuts.chain(outline.corners.iter_mut().flatten()).chain(&mut outline.ring) {
             *p = snap(*p);

@@ -11,14 +11,14 @@ use super::types::{Conflict, Intersection, LaneTree, MapIndex};
 use super::{Edge, Lane};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// For every lane its conflicts, by the other's position. Neighbours over a shared way and lanes that follow each
 /// other do not conflict; lanes that start together (siblings) are left out as well.
 pub(super) fn conflicts(map: &LaneletMap, lanes: &[Lane], tree: &LaneTree) -> Vec<Vec<Conflict>> {
     let pairs: Vec<(usize, usize, f64, Point, bool)> = lanes
         .par_iter()
-        .finely()
+        .in_small_parts()
         .enumerate()
         .filter(|(_, lane)| lane.simple && lane.is_drivable())
         .flat_map_iter(|(x, lane)| {
@@ -80,7 +80,7 @@ pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
         let mut points = map.points.cursor();
         lines.iter().map(|line| Reach::of(&mut points, line)).collect::<Vec<_>>()
     };
-    map.linestrings.as_slice().par_chunks(CHUNK).finely().flat_map_iter(of_each).collect()
+    map.linestrings.as_slice().par_chunks(CHUNK).in_small_parts().flat_map_iter(of_each).collect()
 }
 
 impl Reach {
@@ -110,7 +110,7 @@ pub fn passing(
 ) -> Vec<[LaneletId; 2]> {
     let lanelets = map.lanelets.as_slice();
     let of_line = |bound: Bound| lines[map.linestrings.position(bound.line)?];
-    let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().finely().enumerate())
+    let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().in_small_parts().enumerate())
         .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
         .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
         .collect();
@@ -136,14 +136,14 @@ pub fn passing(
         let counted = others.filter(|&y| counts(&lanelets[x]) || counts(&lanelets[y]));
         counted.map(|y| [x.min(y), x.max(y)]).collect()
     };
-    let mut pairs: Vec<[usize; 2]> = reaches.par_iter().finely().flat_map_iter(over).collect();
+    let mut pairs: Vec<[usize; 2]> = reaches.par_iter().in_small_parts().flat_map_iter(over).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let mut taking_part: Vec<usize> = pairs.iter().flatten().copied().collect();
     taking_part.sort_unstable();
     taking_part.dedup();
     let lane = |at: usize| Some((at, Lane::new(map, &lanelets[at])?));
-    let lanes: FxHashMap<usize, Lane> = taking_part.into_par_iter().finely().filter_map(lane).collect();
+    let lanes: FxHashMap<usize, Lane> = taking_part.into_par_iter().in_small_parts().filter_map(lane).collect();
     let apart = |&[x, y]: &[usize; 2]| {
         let (x, y) = (lanes.get(&x)?, lanes.get(&y)?);
         let sound = [x, y].into_iter().all(|lane| lane.simple && lane.is_drivable()) && !related(x, y);
@@ -151,7 +151,7 @@ pub fn passing(
         let apart = area > thresholds::RAW_CONFLICT && gap(map, x, y, place) > thresholds::GRADE_SEPARATION;
         apart.then_some([x.id, y.id])
     };
-    pairs.par_iter().finely().filter_map(apart).collect()
+    pairs.par_iter().in_small_parts().filter_map(apart).collect()
 }
 
 /// Vertical distance of the two lanes at a place, metres.

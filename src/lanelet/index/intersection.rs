@@ -15,7 +15,7 @@ use super::union_find::UnionFind;
 use crate::geometry::{Point, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// The sides of an intersection, clockwise from north.
 pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
@@ -31,7 +31,7 @@ pub(super) fn intersections(
         .polygons
         .as_slice()
         .par_iter()
-        .finely()
+        .in_small_parts()
         .filter(|polygon| polygon.attributes.is("type", "intersection_area"))
         .map(|polygon| of_area(map, polygon, lanes, tree))
         .collect();

@@ -6,7 +6,7 @@ use crate::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId, Road
 
 /// Step along a lanelet at which headings are compared, metres: short enough for the sharpest turn, long enough that
 /// the hand of a drawer does not count as a bend.
-pub const STEP: f64 = 1.0;
+pub const HEADING_STEP: f64 = 1.0;
 
 /// Length at both ends over which a lanelet's heading is taken, metres.
 pub const HEADING_REACH: f64 = 2.0;
@@ -209,23 +209,23 @@ pub fn turn_along(line: &Polyline) -> f64 {
     steps.windows(2).map(|pair| angle_between(pair[0], pair[1])).sum::<f64>().to_degrees()
 }
 
-/// Unit direction in which a centre line begins: that of its first step of [`STEP`] metres, less half the bend to the second.
+/// Unit direction in which a centre line begins: that of its first step of [`HEADING_STEP`] metres, less half the bend to the second.
 pub(crate) fn tangent(line: &Polyline) -> Option<Vector> {
-    let [a, b, c] = [0.0, STEP, 2.0 * STEP].map(|station| line.at(station));
+    let [a, b, c] = [0.0, HEADING_STEP, 2.0 * HEADING_STEP].map(|station| line.at(station));
     let (first, second) = (b - a, c - b);
-    if second.norm() < STEP / 2.0 {
+    if second.norm() < HEADING_STEP / 2.0 {
         return first.try_normalize(Polyline::MERGE);
     }
     let bend = angle_between(first, second);
     (nalgebra::Rotation2::new(-bend / 2.0) * first).try_normalize(Polyline::MERGE)
 }
 
-/// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
+/// Midpoints of both bounds, each cut into the same number of pieces of about [`HEADING_STEP`].
 pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
     let measured = |bound: &[Point]| Polyline::new(bound.iter().copied()).map(|line| (line.stations(), line));
     let lines = [left, right].map(measured);
     let longest = lines.iter().flatten().filter_map(|(stations, _)| stations.last()).copied().fold(0.0, f64::max);
-    let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
+    let pieces = (longest / HEADING_STEP).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
     let spread = |line: Option<(Vec<f64>, Polyline)>, bound: &[Point]| match line {
         Some((stations, line)) => line.spread(&stations, pieces + 1).into_points(),
         // A bound of no length is one place, as often as needed.

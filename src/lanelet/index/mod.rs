@@ -32,7 +32,7 @@ pub use conflict::{Reach, passing, reaches};
 pub use filled_unions::FilledUnions;
 pub use intersection::declared_area;
 pub(crate) use lane::tangent;
-pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
+pub use lane::{Edge, HEADING_REACH, HEADING_STEP, Lane, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
 pub use right_of_way::{STRAIGHT_ON, U_TURN};
 pub use road_leg::{Crossed, legs};
@@ -52,7 +52,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault};
 use crate::diagnostic::Subject;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::settings::Settings;
 
 impl<'m> MapIndex<'m> {
@@ -64,7 +64,7 @@ impl<'m> MapIndex<'m> {
             .lanelets
             .as_slice()
             .par_iter()
-            .finely()
+            .in_small_parts()
             .filter(|lanelet| !broken.contains(&lanelet.id))
             .filter_map(|lanelet| Lane::new(map, lanelet))
             .collect();
@@ -114,7 +114,7 @@ impl<'m> MapIndex<'m> {
         };
         index.traffic = (0..index.intersections.len())
             .into_par_iter()
-            .finely()
+            .in_small_parts()
             .map(|at| right_of_way::traffic(&index, at))
             .collect();
         index

@@ -9,7 +9,7 @@ use super::union_find::UnionFind;
 use super::view::boxes_meet;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
 use crate::lanelet::{LineStringId, PointId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
@@ -126,7 +126,7 @@ impl MapIndex<'_> {
             one.joins |= [x, y].into_iter().all(|lane| self.is_at_roundabout(lane));
             (!self.is_ruled_by_roundabout(x, y)).then_some(one)
         };
-        all.into_par_iter().finely().filter_map(outside).collect()
+        all.into_par_iter().in_small_parts().filter_map(outside).collect()
     }
 
     /// Whether two lanes of one of these pairs lead to different roads: their ends are not linked, one beside the other. Who joins the

@@ -17,7 +17,7 @@ use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Member, Point, Polygon, RegulatoryElement, RegulatoryElementId,
     Target,
 };
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::extent;
 
@@ -135,7 +135,7 @@ impl<'m> View<'m> {
     }
 
     fn of(map: &'m LaneletMap, wanted: impl Fn(&Lanelet) -> bool + Sync) -> Self {
-        let all = map.lanelets.as_slice().par_iter().finely();
+        let all = map.lanelets.as_slice().par_iter().in_small_parts();
         let lanelets = all.filter(|lanelet| wanted(lanelet)).filter_map(|lanelet| Seen::new(map, lanelet));
         let lanelets: Vec<Seen<'m>> = lanelets.collect();
         let mut referrers: FxHashMap<RegulatoryElementId, Vec<usize>> = FxHashMap::default();

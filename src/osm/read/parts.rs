@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::parser::{Parser, Place};
 use crate::osm::OsmData;
 use crate::osm::limits::element_begins;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// Length of a part, bytes: enough for reading to outweigh the joining, small enough to keep many threads busy. It does
 /// not depend on the number of threads, so nor does the result.
@@ -35,7 +35,7 @@ pub(super) fn parse(file: u32, name: &str, text: &str, [begin, end]: [Place; 2])
         let reached = Parser { data: &mut data, file, name, text }.run(range.clone(), from).ok()?;
         (reached == to).then_some(data)
     };
-    parts.par_iter().finely().enumerate().map(read).collect()
+    parts.par_iter().in_small_parts().enumerate().map(read).collect()
 }
 
 /// Cuts a text before what seem to be nodes, ways and relations, into parts of at least this many bytes.

@@ -12,7 +12,7 @@ pub use network::Network;
 pub use spread::Spread;
 
 use crate::geometry::{Polyline, angle_between};
-use crate::lanelet::index::{Lane, MapIndex, STEP, lets_vehicles_in};
+use crate::lanelet::index::{HEADING_STEP, Lane, MapIndex, lets_vehicles_in};
 use crate::lanelet::{Attributes, LaneletMap};
 
 /// The numbers of one map. Serialises as `stats --format json` prints it.
@@ -185,7 +185,7 @@ fn curvatures(center: &Polyline) -> Vec<f64> {
 /// How many pieces of about a metre a length has; broken coordinates must not cost memory.
 fn pieces(length: f64) -> usize {
     const MOST: f64 = 10_000.0;
-    (length / STEP).round().clamp(1.0, MOST) as usize
+    (length / HEADING_STEP).round().clamp(1.0, MOST) as usize
 }
 
 fn content(map: &LaneletMap) -> Vec<Content> {

@@ -35,7 +35,7 @@ pub fn judge(map: &MapIndex) -> Vec<Finding> {
             }
         }
         group.sort_unstable();
-        findings.push(told(map, subtype(first), &group));
+        findings.push(group_finding(map, subtype(first), &group));
     }
     findings
 }
@@ -63,7 +63,7 @@ pub fn meant_subtype(lanelet: &Lanelet) -> &str {
     }
 }
 
-fn told(map: &MapIndex, subtype: &str, group: &[usize]) -> Finding {
+fn group_finding(map: &MapIndex, subtype: &str, group: &[usize]) -> Finding {
     let lanelets: Vec<&Lanelet> = group.iter().map(|&lane| map.lanes[lane].lanelet).collect();
     let has = match subtype {
         "" => "no subtype".to_owned(),

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::planner;
 
 use watching::Watching;
@@ -46,7 +46,7 @@ impl Params {
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let all = Watching::new(map, params.of_autoware());
-    let turns = all.turns.as_slice().par_iter().finely();
+    let turns = all.turns.as_slice().par_iter().in_small_parts();
     let mut findings: Vec<Finding> = turns.flat_map_iter(|&at| stops::judge(&all, at)).collect();
     findings.extend(pairs::judge(&all));
     findings.extend(sight::judge(&all, params.map_border));

@@ -8,7 +8,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between};
 use crate::lanelet::index::{Conflict, Rank, Traffic};
 use crate::lanelet::right_of_way::{OPPOSITE, Relation, Turn};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::rules::right_of_way::ruled_by_signal;
 use crate::rules::virtual_light::is_coordinated;
 
@@ -23,7 +23,8 @@ struct Pair {
 
 /// What is to be said of pairs of lanelets. Of those of one intersection that wait for each other there is one finding.
 pub fn judge(all: &Watching) -> Vec<Finding> {
-    let pairs: Vec<Pair> = all.turns.as_slice().par_iter().finely().flat_map_iter(|&at| of_lanelet(all, at)).collect();
+    let pairs: Vec<Pair> =
+        all.turns.as_slice().par_iter().in_small_parts().flat_map_iter(|&at| of_lanelet(all, at)).collect();
     let (waiting, others): (Vec<Pair>, Vec<Pair>) = pairs.into_iter().partition(|pair| pair.fault == "both-wait");
     let mut findings: Vec<Finding> = others.iter().map(|pair| found(all, pair, 0)).collect();
     let mut by_intersection: BTreeMap<Option<usize>, Vec<Pair>> = BTreeMap::new();

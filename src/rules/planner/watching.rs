@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::lanelet::LaneletId;
 use crate::lanelet::index::{Conflict, MapIndex};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::planner::{Attention, EDGE, Params, RoadNetwork, Strip};
 
 /// Whom each lanelet of an intersection watches. Lanelets go by their position in the view of the map.
@@ -38,7 +38,7 @@ impl<'m> Watching<'m> {
             let others = conflicts.filter_map(|conflict| network.view.position(map.lanes[conflict.other].id));
             others.filter(|&other| network.graph.passes(other)).collect()
         };
-        let found: Vec<Attention> = (turns.as_slice().par_iter().finely())
+        let found: Vec<Attention> = (turns.as_slice().par_iter().in_small_parts())
             .map(|&at| network.attention_among(at, conflicting(at), &params))
             .collect();
         for (&at, found) in turns.iter().zip(found) {

@@ -14,7 +14,7 @@ use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
 use crate::lanelet::placed::{ExactPlaces, SAME_PLACE};
 use crate::lanelet::{Bound, LaneletId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
 const WIDENED: f64 = 0.05;
@@ -33,7 +33,7 @@ pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
     let lanes = Lanes { view, graph: &graph, rank: &rank, drawn: &drawn, most };
     let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
         .into_par_iter()
-        .finely()
+        .in_small_parts()
         .flat_map_iter(|at| lanes.covered(at).into_iter().map(move |other| (at, other)))
         .collect();
     let mut issues = Vec::new();

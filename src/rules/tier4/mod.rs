@@ -22,7 +22,7 @@ use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::placed::placed;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::{Config, ConfigError, Row, load};
 use validator::issue;
@@ -95,8 +95,10 @@ fn validate(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigEr
     let view = map.view();
     let rows = super::table().map_err(Clone::clone)?;
     let mut found: Vec<Vec<Diagnostic>> = Vec::new();
-    found.par_extend(READINGS.par_iter().finely().map(|&(name, reading)| read(map, view, config, name, reading)));
-    let by_rule = rows.par_iter().finely().map(|row| apply(map, config, row));
+    found.par_extend(
+        READINGS.par_iter().in_small_parts().map(|&(name, reading)| read(map, view, config, name, reading)),
+    );
+    let by_rule = rows.par_iter().in_small_parts().map(|row| apply(map, config, row));
     found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);
     let mut found: Vec<Diagnostic> = found.into_iter().flatten().collect();
     let place = |one: &Diagnostic| {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::builder::network::network_diff::NetworkDiff;
 use crate::builder::network::{End, IntersectionIx, Road, RoadNetwork, Stations};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::turn_setback::{EndSetbacks, comfort_setbacks, shift_setbacks, turn_setbacks};
 
@@ -80,7 +80,7 @@ impl RequiredSetbacks {
             };
             known.or_else(|| crossed.then(found)).unwrap_or_default()
         };
-        let intersections = known.into_par_iter().finely().enumerate().map(find).collect();
+        let intersections = known.into_par_iter().in_small_parts().enumerate().map(find).collect();
         let joined = network.roads.iter().map(|road| End::BOTH.map(|end| joined(road.intersection(end)))).collect();
         Self { least, joined, intersections }
     }
@@ -112,7 +112,7 @@ fn least_cuts(
         let [start, end] = kept.get(i).copied().unwrap_or([0.0, length]);
         least_cut([if joined(road.from) { 0.0 } else { start }, if joined(road.to) { length } else { end }], length)
     };
-    network.roads.par_iter().finely().enumerate().map(cut).collect()
+    network.roads.par_iter().in_small_parts().enumerate().map(cut).collect()
 }
 
 /// The outline's cut, clamped to a line of this length, metres, of which a part remains.

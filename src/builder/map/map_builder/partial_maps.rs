@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::{MapBuilder, MapPart};
 
@@ -45,7 +45,7 @@ impl MapPart {
                 outputs.push(output);
             };
             let (next, ()) = rayon::join(
-                || batch.into_par_iter().finely().map(&make).collect(),
+                || batch.into_par_iter().in_small_parts().map(&make).collect(),
                 || std::mem::take(&mut ready).into_iter().for_each(add),
             );
             ready = next;

@@ -12,7 +12,7 @@ use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::index::tier4_yields::{Ruled, SAME_TIMING, light, turns_before};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletMap, LineStringId, PointId};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// How far a light may be turned, degrees, and in which steps, the least first.
 const TURNS: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
@@ -55,7 +55,7 @@ pub fn turn_lights(map: &mut LaneletMap) {
 type Pair = ([(LineStringId, Vector); 2], bool);
 
 fn lights(seen: &LanesSeen) -> BTreeMap<LineStringId, Light> {
-    let lanelets = (0..seen.view.lanelets.len()).into_par_iter().finely();
+    let lanelets = (0..seen.view.lanelets.len()).into_par_iter().in_small_parts();
     let pairs: Vec<Pair> = lanelets.flat_map_iter(|at| pairs_of(seen, at)).collect();
     let mut lights: BTreeMap<LineStringId, Light> = BTreeMap::new();
     for ([one, other], apart) in pairs {

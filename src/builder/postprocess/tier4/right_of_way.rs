@@ -17,7 +17,7 @@ use crate::builder::postprocess::map_editor::{drop_elements, insert_element, is_
 use crate::lanelet::index::tier4_yields::{Ruled, share_predecessor};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 /// Changes the `right_of_way` elements of a map as the validator reads them.
 pub fn suit_validator(map: &mut LaneletMap) {
@@ -56,7 +56,7 @@ impl<'m> LanesSeen<'_, 'm> {
     /// The owners of elements, with what these are to list.
     fn owners(&self) -> Vec<Owner<'m>> {
         let lanelets = 0..self.view.lanelets.len();
-        lanelets.into_par_iter().finely().filter_map(|at| self.owner(at)).collect()
+        lanelets.into_par_iter().in_small_parts().filter_map(|at| self.owner(at)).collect()
     }
 
     fn owner(&self, at: usize) -> Option<Owner<'m>> {
@@ -167,7 +167,8 @@ impl Changes {
         let listed: FxHashMap<usize, &[usize]> =
             owners.iter().filter(|one| one.kept.is_empty()).map(|one| (one.at, &one.listed[..])).collect();
         let areas: Vec<Vec<usize>> = all.areas().into_values().collect();
-        let unserved = areas.par_iter().finely().filter(|members| !members.iter().any(|at| served.contains(at)));
+        let unserved =
+            areas.par_iter().in_small_parts().filter(|members| !members.iter().any(|at| served.contains(at)));
         let added = unserved.filter_map(|members| all.element_for(members, &listed)).collect();
         let id = |at: usize| all.view.lanelets[at].id();
         let changed = owners.iter().filter(|one| one.kept != one.listed);

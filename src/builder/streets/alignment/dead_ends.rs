@@ -7,7 +7,7 @@ use crate::builder::network::road_end::{at_depth, inward, on_cut};
 use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, Polyline, polygon};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::set_line;
 
@@ -61,7 +61,8 @@ fn setbacks(network: &RoadNetwork) -> Vec<(RoadEnd, f64)> {
         road.segment_bounds().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx::new(ix)))));
         reached
     };
-    let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().finely().enumerate().flat_map_iter(reached).collect();
+    let reached: Vec<(usize, RoadIx)> =
+        network.roads.par_iter().in_small_parts().enumerate().flat_map_iter(reached).collect();
     let mut near: Vec<FxHashSet<RoadIx>> = vec![FxHashSet::default(); ends.len()];
     for (end, road) in reached {
         near[end].insert(road);

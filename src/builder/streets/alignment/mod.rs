@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork};
 use crate::geometry::Polyline;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use smooth_bends::{INNER_RADIUS, TIGHTEST};
 
@@ -24,7 +24,7 @@ pub use straight_forks::{straight_at_forks, straight_where};
 /// The network with the bends of every road eased for its width.
 #[must_use]
 pub fn smooth_bends(mut network: RoadNetwork) -> RoadNetwork {
-    network.roads.par_iter_mut().finely().for_each(|road| {
+    network.roads.par_iter_mut().in_small_parts().for_each(|road| {
         let line = eased(&road.line, road.half_width());
         set_line(road, line);
     });

@@ -14,7 +14,7 @@ mod tests;
 
 use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::side_order::side_hints;
 use super::{eased, set_line};
@@ -72,7 +72,7 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
         }
     }
     let shifted_roads = roads.made;
-    network.roads.par_iter_mut().finely().enumerate().for_each(|(i, road)| {
+    network.roads.par_iter_mut().in_small_parts().enumerate().for_each(|(i, road)| {
         if let Some(shifted) = shifted_roads.get(&i)
             && shifted.noticed().iter().any(|shift| *shift != 0.0)
             && let Some(line) = shifted_line(road, shifted)

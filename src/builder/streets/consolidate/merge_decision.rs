@@ -4,7 +4,7 @@ use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, R
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::types::{SHORT, SHORT_ACROSS_MEDIAN, SHORT_BETWEEN_SIGNALS};
 use super::user_overrides::overridden;
@@ -18,7 +18,7 @@ const TAGGED: f64 = 60.0;
 /// A verdict for every road with a reason to merge it.
 pub fn decide(network: &RoadNetwork, kept: &[Stations], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
     let wishes = overridden(network, &options.wishes);
-    let lengths = kept.par_iter().finely().map(|[from, to]| to - from).enumerate();
+    let lengths = kept.par_iter().in_small_parts().map(|[from, to]| to - from).enumerate();
     let roads = lengths.map(|(i, left)| (RoadIx::new(i), left));
     roads.filter_map(|(ix, left)| verdict(network, ix, left, options, wishes.get(&ix).copied())).collect()
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::builder::network::{End, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, Vector, segment_crossing};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::options::ROUNDED;
 
@@ -103,7 +103,8 @@ pub fn overpasses(network: &RoadNetwork, kept: &[Stations]) -> Vec<Overpass> {
         }
         found
     };
-    let mut found: Vec<_> = (0..network.roads.len()).into_par_iter().finely().flat_map_iter(crossings_of).collect();
+    let mut found: Vec<_> =
+        (0..network.roads.len()).into_par_iter().in_small_parts().flat_map_iter(crossings_of).collect();
     let order = |[upper, lower]: [(usize, usize); 2]| ([upper.0, lower.0], [upper.1, lower.1]);
     found.sort_unstable_by(|(a, first), (b, second)| {
         order(*a).cmp(&order(*b)).then(first.upper.1.total_cmp(&second.upper.1))

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::builder::network::frame::ToMetres;
 use crate::geometry::Point;
 use crate::osm::{Node, OsmData, Way};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 use crate::projection::LonLat;
 
 use super::road_heights::road_heights;
@@ -40,7 +40,7 @@ pub fn elevation_tags(
     is_road: impl Fn(&Way) -> bool,
     is_ground: bool,
 ) -> ElevationTags {
-    if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
+    if osm.nodes.par_iter().in_small_parts().all(|node| !node.tags.has("ele")) {
         return ElevationTags::default();
     }
     let written = |id: i64| elevation(osm.node(id)?);

@@ -16,10 +16,10 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::crossings::Overpass;
-use super::options::REACH;
+use super::options::ROUNDED_SAMPLES;
 
 /// Heights are integers of a tenth of a millimetre, which have an order.
 const UNITS_PER_METRE: f64 = 1e4;
@@ -50,7 +50,7 @@ impl SampledHeights {
     /// The samples from which the height at a station is averaged.
     fn around(&self, station: f64) -> RangeInclusive<usize> {
         let nearest = self.nearest(station);
-        nearest.saturating_sub(REACH)..=(nearest + REACH).min(self.wanted.len() - 1)
+        nearest.saturating_sub(ROUNDED_SAMPLES)..=(nearest + ROUNDED_SAMPLES).min(self.wanted.len() - 1)
     }
 }
 
@@ -208,7 +208,7 @@ impl<'a> HeightGraph<'a> {
         self.limit();
         let height = |place: usize| self.wanted[place] as f64 / UNITS_PER_METRE;
         let along = |chain: &Chain| (0..chain.inner + 2).map(|i| height(chain.place(i))).collect();
-        self.chains.par_iter().finely().map(along).collect()
+        self.chains.par_iter().in_small_parts().map(along).collect()
     }
 
     /// Replaces the wanted heights by the nearest ones within all limits.
@@ -249,10 +249,10 @@ impl<'a> HeightGraph<'a> {
 
     /// The places between which the wanted heights climb too much.
     fn steep(&self) -> Vec<usize> {
-        let chains = self.chains.par_iter().finely().zip(self.sampled);
+        let chains = self.chains.par_iter().in_small_parts().zip(self.sampled);
         let mut steep: Vec<usize> = chains.flat_map_iter(|(chain, sampled)| self.steep_along(chain, sampled)).collect();
         if let Some(ties) = &self.ties {
-            let intersections = self.network.intersections.par_iter().finely();
+            let intersections = self.network.intersections.par_iter().in_small_parts();
             steep.par_extend(intersections.flat_map_iter(|intersection| self.steep_cuts(ties, intersection)));
         }
         steep

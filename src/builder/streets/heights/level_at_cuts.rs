@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use crate::builder::network::road_end::on_cut;
 use crate::builder::network::{Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::crossings::overpasses;
 use super::grade_limit::{EndTies, HeightGraph, SampledHeights};
-use super::options::{STEP, TOLERANCE};
+use super::options::{SAMPLE_STEP, TOLERANCE};
 use super::terrain_profile::TerrainProfile;
 use super::{HeightOptions, set_heights, simplified};
 
@@ -27,9 +27,9 @@ pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &Hei
     if network.roads.iter().all(|road| road.heights.is_empty()) {
         return Vec::new();
     }
-    let before: Vec<TerrainProfile> = network.roads.par_iter().finely().map(TerrainProfile::under).collect();
+    let before: Vec<TerrainProfile> = network.roads.par_iter().in_small_parts().map(TerrainProfile::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
-    let roads = network.roads.par_iter().finely().zip(kept).zip(&before);
+    let roads = network.roads.par_iter().in_small_parts().zip(kept).zip(&before);
     let sampled: Vec<SampledHeights> =
         roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
     let crossings = overpasses(network, kept);
@@ -37,8 +37,8 @@ pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &Hei
     graph.reduce_clearances();
     graph.tie(EndTies { kept, climb: &climb, least: LEAST });
     let heights = graph.heights();
-    let roads = network.roads.par_iter_mut().finely().enumerate().zip(&before);
-    let roads = roads.zip(sampled.par_iter().finely().zip(&heights));
+    let roads = network.roads.par_iter_mut().in_small_parts().enumerate().zip(&before);
+    let roads = roads.zip(sampled.par_iter().in_small_parts().zip(&heights));
     let changed = roads.filter_map(|(((i, road), before), (sampled, heights))| {
         change_heights(road, before, sampled, heights).then_some(RoadIx::new(i))
     });
@@ -85,7 +85,7 @@ fn cut(network: &RoadNetwork, kept: &[Stations], RoadEnd { road: ix, end }: Road
 /// The heights at even stations of a road and at its cuts. A steep road may stay as steep as it is.
 fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &HeightOptions) -> SampledHeights {
     let length = road.line.length();
-    let pieces = (length / STEP).ceil().max(1.0) as usize;
+    let pieces = (length / SAMPLE_STEP).ceil().max(1.0) as usize;
     let cuts: Vec<f64> =
         kept.into_iter().filter(|cut| (STATIONS_APART..=length - STATIONS_APART).contains(cut)).collect();
     let even = (0..=pieces).map(|i| length * i as f64 / pieces as f64);

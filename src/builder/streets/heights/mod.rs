@@ -23,11 +23,11 @@ pub use options::HeightOptions;
 use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use crossings::{Overpass, overpasses};
 use grade_limit::{HeightGraph, SampledHeights};
-use options::{REACH, STEP, TOLERANCE};
+use options::{ROUNDED_SAMPLES, SAMPLE_STEP, TOLERANCE};
 use ramps::Ramp;
 use terrain_profile::TerrainProfile;
 
@@ -61,11 +61,12 @@ pub fn with_heights(
     let bases = terrain_profile::terrain_profiles(&network, options);
     let crossings = overpasses(&network, kept);
     let ramps = ramps::ramps(&network, kept, &bases, &crossings, options);
-    let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
+    let roads = network.roads.par_iter().in_small_parts().zip(kept).zip(bases.par_iter().in_small_parts().zip(&ramps));
     let sample = |((road, kept), (base, ramp)): ((&Road, &Stations), _)| sampled(road, *kept, base, ramp, options);
     let sampled: Vec<SampledHeights> = roads.map(sample).collect();
     let heights = HeightGraph::new(&network, &sampled, &crossings, options.storey).heights();
-    let roads = network.roads.par_iter_mut().finely().zip(sampled.into_par_iter().finely().zip(heights));
+    let roads =
+        network.roads.par_iter_mut().in_small_parts().zip(sampled.into_par_iter().in_small_parts().zip(heights));
     let laid = roads.map(|(road, (sampled, heights))| {
         let displaced = displaced(road, &sampled, &heights);
         set_heights(road, &profile(&sampled.stations, &heights));
@@ -79,7 +80,7 @@ pub fn with_heights(
 /// Wanted heights at even stations of a road, and how much it may climb between them.
 fn sampled(road: &Road, kept: Stations, base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> SampledHeights {
     let length = road.line.length();
-    let pieces = (length / STEP).ceil().max(1.0) as usize;
+    let pieces = (length / SAMPLE_STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;
     let stations: Vec<f64> = (0..=pieces).map(|i| step * i as f64).collect();
     let ground: Vec<f64> = stations.iter().map(|station| base.at(*station)).collect();
@@ -102,7 +103,7 @@ fn profile(stations: &[f64], heights: &[f64]) -> TerrainProfile {
     }
     // Symmetric, so that the ends and a steady grade stay.
     let mean = |i: usize| {
-        let reach = REACH.min(i).min(heights.len() - 1 - i);
+        let reach = ROUNDED_SAMPLES.min(i).min(heights.len() - 1 - i);
         heights[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
     };
     let all: Vec<(f64, f64)> = stations.iter().copied().zip((0..heights.len()).map(mean)).collect();

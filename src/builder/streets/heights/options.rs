@@ -14,9 +14,9 @@ pub const STOREY: f64 = 6.0;
 pub(super) const ROUNDED: f64 = 15.0;
 
 /// Distance between the samples of a road's height, metres.
-pub(super) const STEP: f64 = 5.0;
+pub(super) const SAMPLE_STEP: f64 = 5.0;
 /// [`ROUNDED`] in steps.
-pub(super) const REACH: usize = (ROUNDED / STEP) as usize;
+pub(super) const ROUNDED_SAMPLES: usize = (ROUNDED / SAMPLE_STEP) as usize;
 /// Smaller differences in height get no vertex, metres.
 pub(super) const TOLERANCE: f64 = 0.02;
 

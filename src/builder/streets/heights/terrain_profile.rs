@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::builder::network::{Road, RoadEnd, RoadNetwork};
 use crate::geometry::spatial_hash::touch;
 use crate::geometry::{Point, Vector};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::HeightOptions;
 use super::interpolation::interpolate;
@@ -67,7 +67,7 @@ pub fn terrain_profiles(network: &RoadNetwork, options: &HeightOptions) -> Vec<T
     if options.terrain.is_none() && options.spots.is_empty() {
         let level =
             |road: &Road| [0.0, road.line.length()].map(|station| (station, options.ground)).into_iter().collect();
-        return network.roads.par_iter().finely().map(level).collect();
+        return network.roads.par_iter().in_small_parts().map(level).collect();
     }
     let mut graph = ground_graph(network, options);
     interpolate(&mut graph.heights, &graph.near);

@@ -9,7 +9,7 @@ use crate::geometry::{angle_between, line_crossing};
 
 use super::collide::{Collision, collisions};
 use super::ring::Corner;
-use super::sizes::{KERB_REACH, LEAST_TRIM, MARGIN, REACH};
+use super::sizes::{KERB_REACH, LEAST_TRIM, MARGIN, MOST_TRIM};
 use super::thicken::{Side, ThickenedArm};
 
 /// The trims and corners at one intersection, per arm.
@@ -41,7 +41,7 @@ pub fn star(arms: &[ThickenedArm]) -> RoadStar {
         for j in i + 1..n {
             let found = collisions(&arms[i], &arms[j]);
             // Roads that diverge at a small angle are cut where a wedge has room; beyond, they run side by side.
-            let reach = REACH * arms[i].half.max(arms[j].half) * 2.0;
+            let reach = MOST_TRIM * arms[i].half.max(arms[j].half) * 2.0;
             for c in &found {
                 trims[i] = trims[i].max(c.stations[0].min(reach));
                 trims[j] = trims[j].max(c.stations[1].min(reach));
@@ -58,7 +58,7 @@ pub fn star(arms: &[ThickenedArm]) -> RoadStar {
     for i in 0..n {
         let next = (i + 1) % n;
         if let Corner::Collision { along, tangent, .. } = corners[i] {
-            let reach = REACH * arms[i].half.max(arms[next].half) * 2.0;
+            let reach = MOST_TRIM * arms[i].half.max(arms[next].half) * 2.0;
             if along[0].max(along[1]) > reach {
                 continue;
             }

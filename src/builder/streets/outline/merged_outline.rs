@@ -12,7 +12,7 @@ use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 use super::OutlineCut;
 use super::collide::{collisions_within, crossings};
 use super::ring::{bezier, cuts};
-use super::sizes::{MARGIN, REACH};
+use super::sizes::{MARGIN, MOST_TRIM};
 use super::thicken::{MITER_LIMIT, Side, ThickenedArm};
 
 /// Least length of an arm outside the ground that ends the intersection, metres.
@@ -70,18 +70,18 @@ pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64]) -> 
     let mut trims: Vec<f64> = arms
         .iter()
         .zip(at_least)
-        .map(|(arm, least)| least.max(exit_station(arm, ground, REACH * widest) + MARGIN))
+        .map(|(arm, least)| least.max(exit_station(arm, ground, MOST_TRIM * widest) + MARGIN))
         .collect();
     for i in 0..arms.len() {
         for j in i + 1..arms.len() {
-            let reach = REACH * arms[i].half.max(arms[j].half) * 2.0;
+            let reach = MOST_TRIM * arms[i].half.max(arms[j].half) * 2.0;
             for c in collisions_within(&arms[i], &arms[j], reach) {
                 trims[i] = trims[i].max(c.stations[0] + MARGIN);
                 trims[j] = trims[j].max(c.stations[1] + MARGIN);
             }
         }
     }
-    uncover_cuts(arms, ground, &mut trims, REACH * widest);
+    uncover_cuts(arms, ground, &mut trims, MOST_TRIM * widest);
     trims
 }
 

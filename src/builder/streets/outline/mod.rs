@@ -26,7 +26,7 @@ use crate::builder::network::road_end::{is_between_crossings, outward};
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use intersection_plan::IntersectionSite;
 pub use sizes::LEAST_ROAD;
@@ -65,7 +65,7 @@ pub fn outlines_within(network: &RoadNetwork, within: &[Stations], cache: &PlanC
     let mut cuts = Cuts::new(network, &sites);
     let mut closed: Vec<Option<Outline>> = vec![None; sites.len()];
     for _ in 0..WIDENINGS {
-        let open = closed.par_iter_mut().finely().zip(&sites).filter(|(outline, _)| outline.is_none());
+        let open = closed.par_iter_mut().in_small_parts().zip(&sites).filter(|(outline, _)| outline.is_none());
         open.for_each(|(outline, site)| *outline = site.close(&cuts.kept));
         let open = sites.iter().zip(&closed).filter(|(_, outline)| outline.is_none());
         let changed: BTreeSet<RoadIx> = open.flat_map(|(site, _)| cuts.widen(site)).collect();
@@ -81,7 +81,7 @@ pub fn outlines_within(network: &RoadNetwork, within: &[Stations], cache: &PlanC
         Some(outline) => (outline, None),
         None => (site.fallback(&kept), Some(failure(network, site.intersection))),
     };
-    let finished = closed.into_par_iter().finely().zip(sites).map(finish);
+    let finished = closed.into_par_iter().in_small_parts().zip(sites).map(finish);
     let (intersections, findings): (Vec<Outline>, Vec<Option<Finding>>) = finished.unzip();
     (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
 }
@@ -112,7 +112,8 @@ impl<'a> Cuts<'a> {
         let least = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.least[..])));
         let wanted = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.trims[..])));
         let mut cuts = Self { network, least, wanted, kept: Vec::new() };
-        cuts.kept = (0..network.roads.len()).into_par_iter().finely().map(|i| cuts.kept_of(RoadIx::new(i))).collect();
+        cuts.kept =
+            (0..network.roads.len()).into_par_iter().in_small_parts().map(|i| cuts.kept_of(RoadIx::new(i))).collect();
         cuts
     }
 
@@ -170,7 +171,7 @@ impl<'a> Cuts<'a> {
 
 /// The first and last station of every road.
 fn uncut(network: &RoadNetwork) -> Vec<Stations> {
-    network.roads.par_iter().finely().map(|road| [0.0, road.line.length()]).collect()
+    network.roads.par_iter().in_small_parts().map(|road| [0.0, road.line.length()]).collect()
 }
 
 /// The stations between which each road remains if its ends get these trims, metres, by the arms of each intersection.

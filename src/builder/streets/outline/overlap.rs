@@ -13,7 +13,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::polyline::within;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, polygon, segment_crossing};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::Outlines;
 use super::collide::{boxes_touch, crossings};
@@ -190,7 +190,7 @@ fn ground<'a>(network: &RoadNetwork, outlines: &'a Outlines, owner: Owner) -> Op
 }
 
 fn road_grounds<'a>(network: &RoadNetwork, kept: &[Stations]) -> Vec<Ground<'a>> {
-    kept.par_iter().finely().enumerate().filter_map(|(road, kept)| road_ground(network, road, *kept)).collect()
+    kept.par_iter().in_small_parts().enumerate().filter_map(|(road, kept)| road_ground(network, road, *kept)).collect()
 }
 
 fn road_ground<'a>(network: &RoadNetwork, index: usize, [from, to]: Stations) -> Option<Ground<'a>> {
@@ -205,7 +205,7 @@ fn of_pairs<T: Send>(
     result: impl Fn(&Ground, &Ground) -> Option<T> + Sync,
 ) -> Vec<T> {
     let parts: Vec<Part> =
-        grounds.par_iter().finely().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
+        grounds.par_iter().in_small_parts().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
     let cells = SpatialHash::new(parts.iter().map(|part| part.bounds).collect(), CELL);
     let mut pairs: Vec<[usize; 2]> = cells.pairs(|i, j| {
         let [a, b] = [&parts[i], &parts[j]];
@@ -215,7 +215,7 @@ fn of_pairs<T: Send>(
     });
     pairs.par_sort_unstable();
     pairs.dedup();
-    pairs.into_par_iter().finely().filter_map(|[a, b]| result(&grounds[a], &grounds[b])).collect()
+    pairs.into_par_iter().in_small_parts().filter_map(|[a, b]| result(&grounds[a], &grounds[b])).collect()
 }
 
 /// Whether both lie on a common level.

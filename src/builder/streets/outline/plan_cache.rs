@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::builder::network::{Intersection, RoadNetwork, Stations};
 use crate::geometry::Polyline;
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::intersection_plan::{IntersectionPlan, IntersectionSite};
 use super::thicken::ThickenedArm;
@@ -26,8 +26,11 @@ impl PlanCache {
     pub(super) fn plans<'m>(&'m mut self, network: &RoadNetwork) -> impl Iterator<Item = &'m IntersectionPlan> {
         let within = uncut(network);
         let prints = fingerprints(network);
-        let unknown =
-            prints.par_iter().finely().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
+        let unknown = prints
+            .par_iter()
+            .in_small_parts()
+            .zip(&network.intersections)
+            .filter(|(print, _)| !self.known.contains_key(print));
         let plan = |intersection| IntersectionSite::new(network, intersection, &within).plan.into_owned();
         let new: Vec<(u64, IntersectionPlan)> =
             unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
@@ -42,13 +45,14 @@ impl PlanCache {
             Some(plan) if plan.outline.is_some() => IntersectionSite::known(network, intersection, plan),
             _ => IntersectionSite::new(network, intersection, within),
         };
-        network.intersections.par_iter().finely().zip(&prints).map(site).collect()
+        network.intersections.par_iter().in_small_parts().zip(&prints).map(site).collect()
     }
 }
 
 fn fingerprints(network: &RoadNetwork) -> Vec<u64> {
-    let shapes: Vec<u64> = network.roads.par_iter().finely().map(|road| shape(&road.line, road.half_width())).collect();
-    network.intersections.par_iter().finely().map(|i| fingerprint(network, i, &shapes)).collect()
+    let shapes: Vec<u64> =
+        network.roads.par_iter().in_small_parts().map(|road| shape(&road.line, road.half_width())).collect();
+    network.intersections.par_iter().in_small_parts().map(|i| fingerprint(network, i, &shapes)).collect()
 }
 
 /// A hash of all that the plan of an intersection depends on; `shapes` are the hashes of the roads' shapes.

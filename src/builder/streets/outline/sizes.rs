@@ -8,7 +8,7 @@ pub const KERB_RADIUS_MINOR: f64 = 2.5;
 pub const KERB_REACH: f64 = 4.0;
 /// The largest trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is not part
 /// of the intersection.
-pub const REACH: f64 = 2.0;
+pub const MOST_TRIM: f64 = 2.0;
 /// Distance between a cut and the collision that it is for, so that corners do not coincide, metres.
 pub const MARGIN: f64 = 0.2;
 /// Least trim of a road that meets another, metres.

@@ -8,7 +8,7 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 
 use super::intersection_plan::is_valid;
-use super::sizes::{KERB_RADIUS, MARGIN, REACH};
+use super::sizes::{KERB_RADIUS, MARGIN, MOST_TRIM};
 use super::*;
 
 /// A road from node 0 at the origin through these points, with its width in metres.
@@ -158,7 +158,7 @@ fn a_ramp_diverges_in_a_wedge() {
     let outlines = assert_sound(&network);
     let outline = &outlines.intersections[0];
     assert_eq!(outline.case, OutlineCase::Ramp);
-    let farthest = REACH * main + 1.0;
+    let farthest = MOST_TRIM * main + 1.0;
     assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
     assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
 }

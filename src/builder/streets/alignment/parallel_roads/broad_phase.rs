@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::overlap_search::{PARALLEL, legs_apart};
 use super::recheck::sort_unique;
-use super::shifted_road::{CLEAR, SHORTEST, STEP, TOLERANCE};
+use super::shifted_road::{GAP_BETWEEN, PLACE_STEP, SHORTEST, TOLERANCE};
 
 /// Most length of a box between the cuts, metres.
 const LONGEST: f64 = 48.0;
@@ -88,7 +88,7 @@ impl RoadBox {
 
     /// The bounding box of the search: the legs of a hairpin lie at most so far apart.
     fn search_bounds(&self) -> Bounds {
-        self.widened(legs_apart(self.half) - self.half + CLEAR)
+        self.widened(legs_apart(self.half) - self.half + GAP_BETWEEN)
     }
 
     /// Whether its road may have to move because of the other box.
@@ -99,7 +99,7 @@ impl RoadBox {
     /// Whether a place of it may lie beside a parallel piece of the other.
     fn may_lie_beside(&self, other: &Self) -> bool {
         let own = self.road == other.road;
-        let reach = if own { legs_apart(self.half) } else { self.half + other.half } + CLEAR + SLACK;
+        let reach = if own { legs_apart(self.half) } else { self.half + other.half } + GAP_BETWEEN + SLACK;
         let from = self.origin - other.origin;
         // Whether the boxes come within `margin` along an axis (separating axis theorem).
         let close = |axis: Vector, [low, high]: [f64; 2], margin: f64| {
@@ -132,12 +132,12 @@ struct Span {
 impl Span {
     /// The least station of the place before this station.
     fn before(&self, station: f64) -> f64 {
-        if station - STEP < self.from { 0.0 } else { station - STEP }
+        if station - PLACE_STEP < self.from { 0.0 } else { station - PLACE_STEP }
     }
 
     /// The largest station of the place after this station.
     fn after(&self, station: f64) -> f64 {
-        if station + STEP > self.to { self.length } else { station + STEP }
+        if station + PLACE_STEP > self.to { self.length } else { station + PLACE_STEP }
     }
 }
 
@@ -161,7 +161,7 @@ fn boxes(index: usize, road: &Road, kept: Stations) -> Vec<RoadBox> {
     let mark = |i: usize| from + (to - from) * i as f64 / count as f64;
     let between = (0..count).map(|i| [mark(i), mark(i + 1)]);
     let mut all: Vec<RoadBox> = between
-        .map(|[a, b]| part(true, [a, (b + STEP).min(to)], [span.before(a), span.after(span.after(b))]))
+        .map(|[a, b]| part(true, [a, (b + PLACE_STEP).min(to)], [span.before(a), span.after(span.after(b))]))
         .collect();
     if from > 0.0 {
         all.push(part(false, [0.0, from], [0.0, span.after(from)]));
@@ -180,7 +180,8 @@ pub fn candidates(network: &RoadNetwork, kept: &[Stations]) -> Vec<usize> {
         let roads = roads.iter().zip(kept).zip(chunk * CHUNK..);
         roads.flat_map(|((road, kept), i)| boxes(i, road, *kept)).collect()
     };
-    let roads = network.roads.par_chunks(CHUNK).finely().zip(kept.par_chunks(CHUNK).finely()).enumerate();
+    let roads =
+        network.roads.par_chunks(CHUNK).in_small_parts().zip(kept.par_chunks(CHUNK).in_small_parts()).enumerate();
     let chunks: Vec<Vec<RoadBox>> = roads.map(of_chunk).collect();
     let all: Vec<&RoadBox> = chunks.iter().flatten().collect();
     let cells = SpatialHash::new(all.iter().map(|part| part.search_bounds()).collect(), CELL);
@@ -188,7 +189,7 @@ pub fn candidates(network: &RoadNetwork, kept: &[Stations]) -> Vec<usize> {
         let [a, b] = [all[i], all[j]];
         (may_overlap(network, a.road, b.road) && (a.is_near(b) || b.is_near(a))).then_some([a.road, b.road])
     });
-    let bent = all.par_iter().finely().filter(|part| part.is_near(part)).map(|part| part.road);
+    let bent = all.par_iter().in_small_parts().filter(|part| part.is_near(part)).map(|part| part.road);
     let mut likely: Vec<usize> = pairs.into_iter().flatten().collect();
     likely.par_extend(bent);
     sort_unique(&mut likely);

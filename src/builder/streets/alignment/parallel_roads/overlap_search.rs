@@ -9,9 +9,9 @@ use crate::builder::streets::alignment::side_order::SideHints;
 use crate::builder::streets::alignment::{INNER_RADIUS, TIGHTEST};
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Vector, cross};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
-use super::shifted_road::{CLEAR, ShiftedRoad, TOLERANCE};
+use super::shifted_road::{GAP_BETWEEN, ShiftedRoad, TOLERANCE};
 
 /// Cosine of the largest angle between roads that run side by side: 40 degrees.
 pub const PARALLEL: f64 = 0.77;
@@ -126,13 +126,15 @@ impl OverlapSearch<'_> {
         /// Roads that one thread takes at a time.
         const CHUNK: usize = 16;
         let chunks: Vec<Vec<LinePiece>> =
-            nearby.par_chunks(CHUNK).finely().map(|roads| self.pieces_of(roads)).collect();
-        let roads = chunks.par_iter().finely().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
+            nearby.par_chunks(CHUNK).in_small_parts().map(|roads| self.pieces_of(roads)).collect();
+        let roads = chunks.par_iter().in_small_parts().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
         let groups: Vec<PieceGroup> =
             roads.flat_map_iter(|road| PieceGroup::of_road(road, self.roads[&road[0].road].half)).collect();
         let cells = SpatialHash::new(groups.iter().map(|group| group.bounds).collect(), CELL);
-        let active =
-            active.par_chunks(CHUNK).finely().map(|roads| self.find_in(&self.pieces_of(roads), &groups, &cells));
+        let active = active
+            .par_chunks(CHUNK)
+            .in_small_parts()
+            .map(|roads| self.find_in(&self.pieces_of(roads), &groups, &cells));
         active.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
@@ -204,7 +206,7 @@ impl OverlapSearch<'_> {
 
 /// How far beyond its edges neighbours of a road are searched, metres: the legs of a hairpin may lie farther apart.
 fn search_margin(road: &ShiftedRoad) -> f64 {
-    legs_apart(road.half) - 2.0 * road.half + CLEAR
+    legs_apart(road.half) - 2.0 * road.half + GAP_BETWEEN
 }
 
 /// Whether some pieces of a road may run against others. If none deviates by 69 degrees from the first, no two deviate by the
@@ -243,7 +245,7 @@ fn candidates<'a>(
 
 /// Least distance between the lines of two roads, metres; or between the legs of one hairpin, which turns between them.
 pub fn least_distance(a: &ShiftedRoad, b: &ShiftedRoad) -> f64 {
-    (if std::ptr::eq(a, b) { legs_apart(a.half) } else { a.half + b.half }) + CLEAR
+    (if std::ptr::eq(a, b) { legs_apart(a.half) } else { a.half + b.half }) + GAP_BETWEEN
 }
 
 /// Least distance between the lines of the legs of a hairpin, metres, for a road of `half` metres to either side.

@@ -6,7 +6,7 @@ use crate::builder::network::{Road, RoadNetwork};
 use crate::builder::streets::alignment::side_order::SideHints;
 use crate::geometry::Vector;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use super::overlap_search::{Adjacency, OverlapSearch};
 use super::shifted_road::{FARTHEST, ShiftedRoads};
@@ -27,7 +27,7 @@ impl Surroundings {
             let ([low, high], reach) = (road.line.bounds(), Vector::repeat(road.half_width() + FARTHEST));
             [low - reach, high + reach]
         };
-        let boxes: Vec<Bounds> = network.roads.par_iter().finely().map(bounds).collect();
+        let boxes: Vec<Bounds> = network.roads.par_iter().in_small_parts().map(bounds).collect();
         Self { cells: SpatialHash::new(boxes.clone(), CELL), boxes }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::builder::network::{End, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline, Vector, left_of};
-use crate::parallel::Finely;
+use crate::parallel::InSmallParts;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -11,9 +11,9 @@ use rustc_hash::FxHashMap;
 pub(super) const SLOPE: f64 = 0.12;
 
 /// Distance between the places of a road, metres.
-pub(super) const STEP: f64 = 4.0;
+pub(super) const PLACE_STEP: f64 = 4.0;
 /// Gap left between two roads side by side, metres.
-pub(super) const CLEAR: f64 = 0.05;
+pub(super) const GAP_BETWEEN: f64 = 0.05;
 /// A smaller overlap, metres, stays.
 pub(super) const TOLERANCE: f64 = 0.03;
 /// No road moves further than this, metres: beyond, the map or the widths are wrong.
@@ -37,7 +37,7 @@ impl ShiftedRoads<'_> {
 
     /// Adds the roads that are not yet there.
     pub(super) fn make(&mut self, roads: &[usize]) {
-        let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
+        let new = roads.par_iter().in_small_parts().filter(|road| !self.made.contains_key(road));
         let new: Vec<_> = new.map(|&road| (road, drawn(self.network, self.kept, road))).collect();
         self.made.extend(new);
     }
@@ -79,7 +79,7 @@ impl ShiftedRoad {
         let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
         let mut stations = vec![0.0];
         if to - from > SHORTEST {
-            let pieces = ((to - from) / STEP).ceil() as usize;
+            let pieces = ((to - from) / PLACE_STEP).ceil() as usize;
             let inner = (0..=pieces).map(|i| from + (to - from) * i as f64 / pieces as f64);
             stations.extend(inner.filter(|s| *s > Polyline::MERGE && *s < length - Polyline::MERGE));
         }
