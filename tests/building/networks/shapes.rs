@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use lanewright::builder::Built;
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::polygon;
-use lanewright::lanelet::Lanelet;
+use lanewright::lanelet::{Lanelet, PointId};
 
 use super::{SIDES, built, elements, found, found_of_geometry, network, network_of, referrers};
 
@@ -496,5 +496,33 @@ fn a_street_that_joins_a_ring_where_another_leaves_lies_beside_it_without_an_are
         let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
         assert_eq!(map.polygons.len(), 0, "{side:?}");
         assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+    }
+}
+
+#[test]
+fn who_turns_from_one_street_into_the_next_keeps_to_the_road_between_them() {
+    for side in SIDES {
+        // Four streets 11 m apart end in a slanting one: too near each other for intersections of their own. Semicircles from one to
+        // another would cover 917 m2.
+        let mut nodes: Vec<(i64, f64, f64, &str)> = vec![(30, -30.0, -51.0, ""), (31, 93.0, -27.9, "")];
+        for (i, x) in [0.0, 11.0, 22.0, 33.0].into_iter().enumerate() {
+            let (id, y) = (i as i64, -0.3 * x);
+            nodes.extend([(1 + id, x, y, ""), (11 + id, x + 30.0, y + 80.0, "")]);
+        }
+        let ways: [(i64, &[i64]); 6] = [
+            (101, &[1, 2, 3, 4, 31]),
+            (110, &[1, 11]),
+            (111, &[2, 12]),
+            (112, &[3, 13]),
+            (113, &[4, 14]),
+            (130, &[30, 1]),
+        ];
+        let Built { map, .. } = built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
+        let ring =
+            |points: &[PointId]| points.iter().map(|id| map.points.get(*id).unwrap().position).collect::<Vec<_>>();
+        let areas: Vec<f64> =
+            map.polygons.iter().map(|area| polygon::area_around(ring(&area.points).iter()).abs()).collect();
+        assert_eq!(areas.len(), 1, "{side:?}");
+        assert!(areas[0] < 870.0, "{side:?}: {areas:?} m2");
     }
 }
