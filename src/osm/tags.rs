@@ -41,6 +41,11 @@ impl Tags {
         self.pairs().filter(|(key, _)| is_key(key)).last().map(|(_, value)| text(value))
     }
 
+    /// The value of `key` where it stands first.
+    pub fn first(&self, key: &str) -> Option<&str> {
+        self.pairs().find(|(k, _)| *k == key.as_bytes()).map(|(_, value)| text(value))
+    }
+
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.last(|k| k == key.as_bytes())

@@ -105,6 +105,15 @@ def second_line_loads():
     return not errors and element.stopLine.id == 15
 
 
+def twice():
+    """Whether the last of two values of a key counts, and of a height the first."""
+    high = node(1, 49.0001, 8.0).replace("</node>", tags({"ele": "5"}) + "</node>")
+    limits = lanelet(21, 11, 12, {"speed_limit": "40"}).replace("</relation>", tags({"speed_limit": "60"}) + "</relation>")
+    lanelet_map, _ = load(high, *NODES[1:], *ROWS, limits)
+    height = next(point.z for point in lanelet_map.pointLayer if point.id == 1)
+    return next(iter(lanelet_map.laneletLayer)).attributes["speed_limit"] == "60" and round(height) == 1
+
+
 DASHED, SIDES = {"type": "line_thin", "subtype": "dashed"}, ("lane_change:left", "lane_change:right")
 PAINT = lambda subtype: {"type": "line_thin", "subtype": subtype}
 TO_AND_FRO = [lanelet(21, 11, 12), lanelet(22, 12, 11)]
@@ -129,6 +138,7 @@ CLAIMS = {
     "leading digits": near(place("49,00003")[0], 0) and near(place("49.0", "1,5")[1], 1) and near(place("49.0", "1.5 m")[1], 1.5),
     "word": near(place("49.0", "high")[1], 0),
     "second ref_line": second_line_loads(),
+    "key twice": twice(),
 }
 
 json.dump(CLAIMS, ANSWER)

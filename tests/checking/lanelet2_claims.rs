@@ -6,7 +6,7 @@ use crate::common::needs::python;
 use crate::common::root;
 
 /// A claim of `lanelet2_claims.py`, the document that makes it, and its words there.
-const CLAIMS: [(&str, &str, &str); 13] = [
+const CLAIMS: [(&str, &str, &str); 14] = [
     ("dashed", "vm-01-02", "a dashed line may be crossed from both sides"),
     (
         "one-sided paint",
@@ -36,6 +36,7 @@ const CLAIMS: [(&str, &str, &str); 13] = [
     ("leading digits", "node", "latitude `49,00003` as 49, `ele` of `1,5` as 1 and of `1.5 m` as 1.5"),
     ("word", "node", "a word as 0"),
     ("second ref_line", "load", "A `right_of_way` with a second `ref_line` loads; its stop line is the first one."),
+    ("key twice", "tag", "of a key that stands twice the last value, of the `ele` of a node the first"),
 ];
 
 #[test]

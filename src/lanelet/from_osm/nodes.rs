@@ -30,7 +30,9 @@ enum Number {
 }
 
 fn number(node: &Node, key: &str) -> Number {
-    match node.tags.get(key) {
+    // Lanelet2 1.2.3 takes the last value of a key that repeats, but the first ele of a node.
+    let said = if key == "ele" { node.tags.first(key) } else { node.tags.get(key) };
+    match said {
         None => Number::Absent,
         Some(text) => match text.trim().parse::<f64>() {
             Ok(value) if value.abs() <= FARTHEST => Number::Is(value),
@@ -183,7 +185,7 @@ impl Loader<'_> {
         let local = [number(node, "local_x").value(), number(node, "local_y").value()];
         let ele = number(node, "ele");
         let bad_ele = match ele {
-            Number::Bad => node.tags.get("ele").map(Text::from),
+            Number::Bad => node.tags.first("ele").map(Text::from),
             _ => None,
         };
         let position = if self.local {

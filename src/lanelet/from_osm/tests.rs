@@ -256,6 +256,8 @@ fn nodes() {
     assert_eq!(conditions(&load(&[&one_without])), point(Condition::NoElevation));
     // Lanelet2's own writer leaves a height of 0 out.
     assert_eq!(changed(ele, ""), [(Subject::Map, Condition::ElevationLeftOut { nodes: 1 })]);
+    // Of two heights the first counts, and it is a number.
+    assert_eq!(changed(ele, r#"<tag k="ele" v="1"/><tag k="ele" v="high"/>"#), []);
     assert_eq!(changed(ele, r#"<tag k="ele" v="high"/>"#), point(Condition::BadElevation { found: text("high") }));
     assert!(
         changed(r#"lat="35.00000""#, r#"lat="""#)
