@@ -77,13 +77,18 @@ fn turns_back(osm: &OsmData, [from, at, to]: [i64; 3]) -> bool {
     (ax * by - ay * bx).atan2(ax * bx + ay * by).abs() > BACK.to_radians()
 }
 
+/// Whether nobody passes a node: a gate that is locked.
+fn is_locked(osm: &OsmData, node: i64) -> bool {
+    osm.node(node).is_some_and(|node| node.tags.has("barrier") && node.tags.is("locked", "yes"))
+}
+
 /// The connected components of the streets, without turning back.
 fn streets(osm: &OsmData) -> Parts<Step> {
     let all: BTreeSet<Step> = osm.ways.iter().flat_map(steps).collect();
     let mut parts = Parts::new(all.iter().copied());
     for &(from, to) in &all {
         for &next in all.range((to, i64::MIN)..=(to, i64::MAX)) {
-            if !turns_back(osm, [from, to, next.1]) {
+            if !turns_back(osm, [from, to, next.1]) && !is_locked(osm, to) {
                 parts.join((from, to), next);
             }
         }

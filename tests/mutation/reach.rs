@@ -24,6 +24,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "vm-01-14/stacked",
         ],
     ),
+    ("of three lanes drawn anew together", &["health/fan"]),
     ("of the text, before it is a map", &["load/passed-over", "parts/blank-start"]),
     (
         "told as a near miss or as a lane without length wherever a sample map can have it",

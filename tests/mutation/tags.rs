@@ -157,6 +157,21 @@ pub const KINDS: &[Kind] = &[
         map.way(id).nodes.reverse();
         Some(vec![id])
     }),
+    kind("hang a light far from the road", &["vm-04-02/off-road"], |_, map, dice| {
+        let id = dice.pick(drivers_lights(map))?;
+        let line = map.line(id);
+        let middle = nalgebra::center(line.first()?, line.last()?);
+        let off = |angle: i32| {
+            let (sin, cos) = f64::from(angle).to_radians().sin_cos();
+            Vector::new(cos, sin) * 60.0
+        };
+        let is_free = |by: &Vector| map.nodes.iter().all(|node| (map.place(node.id) - middle - by).norm() > 45.0);
+        let by = (0..360).step_by(30).map(off).find(is_free)?;
+        for node in map.way(id).nodes.clone() {
+            map.shift(node, by);
+        }
+        Some(vec![id])
+    }),
     kind("turn a light by a quarter", &["vm-04-02/sideways"], |_, map, dice| {
         let id = dice.pick(drivers_lights(map))?;
         let line = map.line(id);

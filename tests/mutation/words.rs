@@ -210,6 +210,12 @@ pub const KINDS: &[Kind] = &[
         map.relation(id).members.iter_mut().find(|member| member.role == "ref_line")?.role = "ref_lien".into();
         Some(vec![id])
     }),
+    kind("limit a road twice", &["tag/twice"], |_, map, dice| {
+        let id = dice.pick(roads(map))?;
+        map.relation(id).tags.push("speed_limit", "61");
+        map.relation(id).tags.push("speed_limit", "62");
+        Some(vec![id])
+    }),
     road!("call a road otherwise", &["access/not-road"], "subtype", &["highway", "", "tram_lane", "street"]),
     road!("close a road to all by naming one", &["access/closed"], "participant:vehicle", &["designated", "no"]),
     road!("forbid a road to a kind of the vehicles it lets in", &["access/hidden"], "participant:vehicle:car", &["no"]),

@@ -29,7 +29,7 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         }
     }
     for arm in intersections.iter().flat_map(|intersection| &intersection.arms) {
-        let (Some(inward), Some(outward)) = (one_way(arm, true), one_way(arm, false)) else { continue };
+        let (Some(inward), Some(outward)) = (one_way(lanes, arm, true), one_way(lanes, arm, false)) else { continue };
         let Some(heading) = arm.heading_in else { continue };
         let side = cross(heading, outward.edge.middle() - inward.edge.middle());
         let Some(lane) = inward.lanes.first().and_then(|&lane| lanes.get(lane)) else { continue };
@@ -51,9 +51,10 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
     votes
 }
 
-/// The first edge of an approach that is crossed only inward, or only outward.
-fn one_way(arm: &Arm, inward: bool) -> Option<&ArmEdge> {
+/// The first edge of an approach that is crossed only inward, or only outward. Bicycles may ride against the traffic on either side of it.
+fn one_way<'a>(lanes: &[Lane], arm: &'a Arm, inward: bool) -> Option<&'a ArmEdge> {
     let backwards = |edge: &ArmEdge| [edge.edge.ids[1], edge.edge.ids[0]];
     let both_ways = |edge: &ArmEdge| arm.edges.iter().any(|other| other.edge.ids == backwards(edge));
-    arm.edges.iter().find(|edge| edge.inward == inward && !both_ways(edge))
+    let is_for_bicycles = |edge: &ArmEdge| edge.lanes.iter().all(|&at| lanes.get(at).is_some_and(|lane| lane.bicycle));
+    arm.edges.iter().find(|edge| edge.inward == inward && !both_ways(edge) && !is_for_bicycles(edge))
 }
