@@ -1,5 +1,5 @@
-//! The worked examples of the intersection module's README: a crossing of four roads, with lights and without, whose `right_of_way`
-//! elements name the lanes of its table. What the planner watches there is the attention area of its pictures.
+//! A worked example from the intersection module's README: a crossing of four roads, with lights and without, whose `right_of_way`
+//! elements name the lanes of its table. What the planner watches there was derived from its text; its pictures were not at hand.
 //!
 //! Source: autoware_universe, `autoware_behavior_velocity_intersection_module/README.md` (6eac070c), "How-to/Why set RightOfWay tag".
 
@@ -81,7 +81,7 @@ fn without(map: &mut LaneletMap, subtype: &str) {
 }
 
 #[test]
-fn the_attention_areas_of_the_intersection_modules_readme() {
+fn the_yield_lanes_of_the_intersection_modules_readme() {
     for (sample, side) in [("crossing_left", DrivingSide::Left), ("crossing_right", DrivingSide::Right)] {
         let text = std::fs::read_to_string(root().join(format!("sample_maps/{sample}.osm"))).unwrap();
         let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
