@@ -30,7 +30,8 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let mut entries = report.worst_first();
     let found = entries.len();
     entries.truncate(MAX_RESULTS);
-    let accepted = report.accepted_entries();
+    let mut accepted = report.accepted_entries();
+    accepted.truncate(MAX_RESULTS - entries.len());
     let (rules, index) = rules(report, entries.iter().chain(accepted.iter().map(|(entry, _)| entry)));
     let referrers = report.referrers();
     let notifications = (found > entries.len()).then(|| {
