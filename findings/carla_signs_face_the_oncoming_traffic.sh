@@ -4,8 +4,8 @@
 # One would guess: a signal with orientation="+" is for traffic that drives along the reference line, in right-hand traffic for lanes of
 #   negative ids; `<validity>` only narrows this down to some of these lanes.
 # What happens: without `<validity>`, CARLA gives a "+" signal to the lanes of positive ids and a "-" signal to those of negative ids. In
-#   right-hand traffic the driver for whom the sign is gets no landmark, and oncoming traffic gets it. With
-#   rule="LHT" it comes out right. With `<validity>` the orientation does not count at all.
+#   right-hand traffic the driver for whom the sign is gets no landmark, and oncoming traffic gets it. With rule="LHT" it comes out
+#   right. With `<validity>` the orientation does not count at all.
 # Source: LibCarla, road/MapBuilder.cpp (GenerateDefaultValiditiesForSignalReferences), as the wheel of 0.9.16 shows it; ASAM OpenDRIVE 1.8,
 #   signals, orientation.
 # Exits 0 while it is so, 1 if that changes. Needs CPython 3.10 to 3.12 on Linux.

@@ -6,8 +6,8 @@
 # What happens: widths come out in the right order, permissions to change lanes do not. They are dealt out from the right, as in
 #   right-hand traffic: of `no|not_left|yes` the left lane gets `yes`, the right lane `no`. The solid line lies between the wrong lanes,
 #   and vehicles in the simulation keep to it. Exit 0, no word of it. Without `--lefthand` the same file is right.
-# Source: key `change` of the OSM wiki; netconvert's NIImporter_OpenStreetMap.cpp, applyChangeProhibition (issue 13549 was the same for `turn:lanes`);
-#   wheels of PyPI.
+# Source: key `change` of the OSM wiki; netconvert's NIImporter_OpenStreetMap.cpp, applyChangeProhibition (issue 13549 was the same for
+#   `turn:lanes`); wheels of PyPI.
 # Exits 0 while it is so, 1 if that changes.
 set -eu
 place=$(mktemp -d)

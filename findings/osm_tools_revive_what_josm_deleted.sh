@@ -3,9 +3,9 @@
 #
 # One would guess: what was deleted and saved is no longer in the file; or every reader of `.osm` knows the mark that JOSM leaves there.
 # What happens: JOSM keeps a deleted object that has a version in the file, whole, with `action="delete"` and still `visible="true"`, for the
-#   upload to come. Lanelet2 leaves it out. libosmium (pyosmium, the osmium tool), GDAL and osm2geojson do not know
-#   the attribute and take the object for a living one; `osmium.FileProcessor` gives `deleted` as False. A copy through pyosmium loses the
-#   mark, so that Lanelet2, too, drives on the deleted lanelet.
+#   upload to come. Lanelet2 leaves it out. libosmium (pyosmium, the osmium tool), GDAL and osm2geojson do not know the attribute and
+#   take the object for a living one; `osmium.FileProcessor` gives `deleted` as False. A copy through pyosmium loses the mark, so that
+#   Lanelet2, too, drives on the deleted lanelet.
 # Source: OSM wiki, JOSM file format; lanelet2_io/src/OsmFile.cpp (isDeleted); the wheels of PyPI below.
 # Exits 0 while it is so, 1 if that changes.
 set -eu
@@ -51,10 +51,11 @@ def lanelets(file):
 with osmium.SimpleWriter(copy) as writer:
     for thing in osmium.FileProcessor(source):
         writer.add(thing)
+features = [feature["properties"] for feature in osm2geojson.xml2geojson(open(source).read())["features"]]
 ways = {
     "pyosmium": [way.id for way in osmium.FileProcessor(source, osmium.osm.WAY) if not way.deleted],
     "GDAL": [int(way) for way in pyogrio.raw.read(source, layer="lines", columns=["osm_id"])[3][0]],
-    "osm2geojson": sorted(f["properties"]["id"] for f in osm2geojson.xml2geojson(open(source).read())["features"] if f["properties"]["type"] == "way"),
+    "osm2geojson": sorted(thing["id"] for thing in features if thing["type"] == "way"),
     "lanelet2": sorted(line.id for line in load(source, UtmProjector(Origin(49, 8))).lineStringLayer),
 }
 for tool, seen in ways.items():
