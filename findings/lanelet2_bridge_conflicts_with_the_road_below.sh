@@ -2,7 +2,7 @@
 # Lanelet2 1.2.3: to the routing graph a bridge 10 m up conflicts with the road below, and does so when asked to leave conflicts out.
 #
 # One would guess: maps are in 3D, so that lanes 10 m above each other do not conflict; `routingRelation` excludes conflicts unless
-#   `includeConflicting=True` is given, as its help says ("relation between two lanelets excluding 'conflicting'").
+#   `includeConflicting=True` is given, as its help says.
 # What happens: without the configuration entry `participant_height` the graph compares lanes in the plane, and Python's `RoutingGraph`
 #   takes no configuration. `conflicting` names each lane over and under another one, though `geometry.overlaps3d` of the same two is false.
 #   `routingRelation` gives `Conflicting` with and without the argument: its filter, "all relations or not conflicting", lets all pass.

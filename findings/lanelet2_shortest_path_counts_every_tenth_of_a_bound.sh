@@ -1,8 +1,8 @@
 #!/bin/sh
 # Lanelet2 1.2.3: the "shortest" path is twice as long as another one, because a winding road is one lanelet; cut into ten, it is passed by.
 #
-# One would guess: `RoutingCostDistance`, a "distance-based" cost that "uses the 2D length", weighs the length of centre lines, which
-#   `Route.length2d` and `geometry.length2d` give; to cut a lanelet changes no route.
+# One would guess: `RoutingCostDistance` weighs the length of centre lines in the plane, which `Route.length2d` and `geometry.length2d`
+#   give; to cut a lanelet changes no route.
 # What happens: the cost is `approximatedLength2d`: the left bound, of which only every tenth part of its points counts. Up to 19 points
 #   that is the left bound as it is; of 40 points every fourth is taken, and ten hairpins of four points each become a straight line: 790 m
 #   of road cost 194 m. `RoutingCostTravelTime`, the least length of a lane change and `reachableSet` reckon with the same figure.
