@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::finding_counts::{FindingCounts, errors};
 use super::nearby::{around, changed, connected};
 use super::route::{self, Change, Route};
-use super::text_edits::Key;
+use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::osm::{ElementKind, Node, OsmData};
 
@@ -188,9 +188,11 @@ impl<J: Judge> ChangeJudge<J> {
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
         let near = least.filter(|(_, changed)| !changed.is_empty()).and_then(|(known, changed)| {
-            Some((known, around([known.osm, osm], &changed, |node| self.judge.place(node))?))
+            let near = around([known.osm, osm], &changed, |node| self.judge.place(node))?;
+            Some((known, changed, near))
         });
-        let judged = near.map(|(known, near)| self.judged_in_part(known, osm, near)).transpose()?.flatten();
+        let judged = near.map(|(known, changed, near)| self.judged_in_part(known, osm, &changed, near));
+        let judged = judged.transpose()?.flatten();
         judged.map_or_else(|| self.whole(osm), Ok)
     }
 
@@ -201,11 +203,13 @@ impl<J: Judge> ChangeJudge<J> {
         route::changes(before, after, fresh)
     }
 
-    /// The findings in a map that differs from a known one near some elements alone; `None` where that is most of the map.
+    /// The findings in a map that differs from a known one in some elements, and so near some alone; `None` where these are most of the
+    /// map, or too few to tell.
     fn judged_in_part(
         &self,
         known: JudgedMap,
         osm: &OsmData,
+        changed: &FxHashSet<Key>,
         mut near: FxHashSet<Key>,
     ) -> Result<Option<Vec<Diagnostic>>, J::Error> {
         let before = self.last.take().filter(|last| last.is_around(&near, known.osm));
@@ -231,6 +235,9 @@ impl<J: Judge> ChangeJudge<J> {
             }
         };
         self.count(&part, &after);
+        if !is_enough(known.left, &before, changed) {
+            return Ok(None);
+        }
         self.last.replace(Some(JudgedPart { keys: near, osm: part, found: after.clone() }));
         Ok(Some(changed_by(known.left, before, after, |code| self.judge.rank(code))))
     }
@@ -255,6 +262,16 @@ impl<J: Judge> ChangeJudge<J> {
 
 fn size(osm: &OsmData) -> usize {
     osm.nodes.len() + osm.ways.len() + osm.relations.len()
+}
+
+/// Whether a part of a map shows what is known of the elements that change and may be mended: else that depends on what lies outside, as
+/// a turn signal does on the lanes before it.
+fn is_enough(known: &[Diagnostic], found: &[Diagnostic], changed: &FxHashSet<Key>) -> bool {
+    let found: FxHashSet<(&str, Subject)> = found.iter().map(|one| (one.code.as_str(), one.finding.subject)).collect();
+    let is_about = |one: &&Diagnostic| {
+        one.finding.fix.is_some() && key_of(one.finding.subject).is_some_and(|key| changed.contains(&key))
+    };
+    known.iter().filter(is_about).all(|one| found.contains(&(one.code.as_str(), one.finding.subject)))
 }
 
 /// The findings after a part of the map has changed: those of the part that are new are added, those that are gone are removed.

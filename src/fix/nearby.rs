@@ -6,11 +6,14 @@ use super::text_edits::{Key, NAMING};
 use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 
 /// Side of the squares (m) into which the map is divided.
-const SQUARE: f64 = 15.0;
+const SQUARE: f64 = 5.0;
 
-/// Elements up to so many squares from a square with a change are near: at least 30 m. What is found farther away shows when the map is
-/// judged as a whole in the end.
-const NEAR_SQUARES: i64 = 2;
+/// Elements up to so many squares from where a line runs otherwise are near: at least 15 m. What is found farther away shows when the map
+/// is judged as a whole in the end.
+const NEAR_SHAPE: i64 = 3;
+
+/// The same where something else is said of an element that lies where it lay: at least 5 m, and all that it is joined to.
+const NEAR_WORDS: i64 = 1;
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
@@ -19,7 +22,16 @@ pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
     let repeated = repeated.filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
     let mut changed: FxHashSet<Key> = repeated.collect();
     for [one, other] in [[old, new], [new, old]] {
-        let nodes = one.nodes.iter().filter(|a| !other.node(a.id).is_some_and(|b| same_node(a, b)));
+        // Most stand where they stood, behind those that stood before them.
+        let mut at = 0;
+        let mut twin = |id: i64| {
+            if other.nodes.get(at).is_none_or(|node| node.id != id) {
+                at = other.node_position(id)?;
+            }
+            at += 1;
+            other.nodes.get(at - 1)
+        };
+        let nodes = one.nodes.iter().filter(|a| !twin(a.id).is_some_and(|b| same_node(a, b)));
         changed.extend(nodes.map(|a| (ElementKind::Node, a.id)));
         let ways = one.ways.iter().filter(|a| !other.way(a.id).is_some_and(|b| same_way(a, b)));
         changed.extend(ways.map(|a| (ElementKind::Way, a.id)));
@@ -41,6 +53,21 @@ fn same_relation(a: &Relation, b: &Relation) -> bool {
     a.members == b.members && a.tags == b.tags
 }
 
+/// Whether an element is made of other lines in one of two maps than in the other, or lies elsewhere.
+fn is_reshaped([old, new]: [&OsmData; 2], (kind, id): Key) -> bool {
+    match kind {
+        ElementKind::Node => true,
+        ElementKind::Way => old.way(id).map(|way| &way.nodes) != new.way(id).map(|way| &way.nodes),
+        ElementKind::Relation => {
+            let lines = |osm: &OsmData| -> Vec<i64> {
+                let members = osm.relation(id).map(|one| one.members.as_slice()).unwrap_or_default().iter();
+                members.filter(|member| member.kind == ElementKind::Way).map(|member| member.id).collect()
+            };
+            lines(old) != lines(new)
+        }
+    }
+}
+
 /// The elements of two maps that are near the given ones, with all elements that they consist of and refer to. `place` gives the
 /// position of a node: east and north, metres. `None` if an element has no place.
 pub fn around(
@@ -49,22 +76,25 @@ pub fn around(
     place: impl Fn(&Node) -> Option<[f64; 2]>,
 ) -> Option<FxHashSet<Key>> {
     let square = |node: &Node| place(node).map(|at| at.map(|metres| (metres / SQUARE).floor() as i64));
-    let mut with_change: FxHashSet<[i64; 2]> = FxHashSet::default();
-    for osm in maps {
-        let mut parts = Parts::default();
-        changed.iter().for_each(|&key| parts.add(osm, key, DEEP));
-        for id in parts.0.iter().filter(|(kind, _)| *kind == ElementKind::Node).map(|(_, id)| id) {
-            if let Some(node) = osm.node(*id) {
-                with_change.insert(square(node)?);
+    let all: Vec<Key> = changed.iter().copied().collect();
+    let reshaped: Vec<Key> = changed.iter().copied().filter(|&key| is_reshaped(maps, key)).collect();
+    let mut squares: FxHashSet<[i64; 2]> = FxHashSet::default();
+    for (keys, depth, reach) in [(all, DEEP, NEAR_WORDS), (reshaped, OWN_LINES, NEAR_SHAPE)] {
+        let mut with_change: FxHashSet<[i64; 2]> = FxHashSet::default();
+        for osm in maps {
+            let mut parts = Parts::default();
+            keys.iter().for_each(|&key| parts.add(osm, key, depth));
+            for id in parts.keys.iter().filter(|(kind, _)| *kind == ElementKind::Node).map(|(_, id)| id) {
+                if let Some(node) = osm.node(*id) {
+                    with_change.insert(square(node)?);
+                }
             }
         }
+        for [x, y] in with_change {
+            let row = |east| (-reach..=reach).map(move |north| [x.saturating_add(east), y.saturating_add(north)]);
+            squares.extend((-reach..=reach).flat_map(row));
+        }
     }
-    let near = |[x, y]: [i64; 2]| {
-        (-NEAR_SQUARES..=NEAR_SQUARES).flat_map(move |east| {
-            (-NEAR_SQUARES..=NEAR_SQUARES).map(move |north| [x.saturating_add(east), y.saturating_add(north)])
-        })
-    };
-    let squares: FxHashSet<[i64; 2]> = with_change.into_iter().flat_map(near).collect();
     let mut near: FxHashSet<Key> = changed.clone();
     for osm in maps {
         for node in &osm.nodes {
@@ -77,24 +107,24 @@ pub fn around(
     for osm in maps {
         whole.add_touching(osm, &near);
     }
-    whole.0.extend(near);
-    Some(whole.0)
+    whole.keys.extend(near);
+    Some(whole.keys)
 }
 
 /// The elements that a change may connect or part: those that have a point in common with a changed one or with such an element, each
-/// with all that it is made of.
+/// with the lines that it is made of.
 pub fn connected(maps: [&OsmData; 2], changed: &FxHashSet<Key>) -> FxHashSet<Key> {
     let mut near = changed.clone();
     for _ in 0..2 {
-        let mut whole = Parts::default();
+        let mut whole = Parts { lines_only: true, ..Parts::default() };
         for osm in maps {
-            let mut parts = Parts::default();
+            let mut parts = Parts { lines_only: true, ..Parts::default() };
             near.iter().for_each(|&key| parts.add(osm, key, DEEP));
-            parts.0.extend(near.iter().copied());
-            whole.add_touching(osm, &parts.0);
-            whole.0.extend(parts.0);
+            parts.keys.extend(near.iter().copied());
+            whole.add_touching(osm, &parts.keys);
+            whole.keys.extend(parts.keys);
         }
-        near = whole.0;
+        near = whole.keys;
     }
     near
 }
@@ -103,31 +133,42 @@ pub fn connected(maps: [&OsmData; 2], changed: &FxHashSet<Key>) -> FxHashSet<Key
 /// these.
 const DEEP: usize = 3;
 
+/// The same from an element to the nodes of its own lines.
+const OWN_LINES: usize = 2;
+
 /// More steps than in any chain of elements that refer to each other in an intersection.
 const WHOLE: usize = 64;
 
 /// Elements with all that they are made of.
 #[derive(Default)]
-struct Parts(FxHashSet<Key>);
+struct Parts {
+    keys: FxHashSet<Key>,
+    /// Whether of a relation only its lines count, and not other relations or what its tags name.
+    lines_only: bool,
+}
 
 impl Parts {
     fn add(&mut self, osm: &OsmData, key: Key, depth: usize) {
         let mut open = vec![(key, depth)];
         while let Some((key, depth)) = open.pop() {
-            if !self.0.insert(key) || depth == 0 {
+            if !self.keys.insert(key) || depth == 0 {
                 continue;
             }
             match key.0 {
                 ElementKind::Node => {}
                 ElementKind::Way => {
                     let nodes = osm.way(key.1).map(|way| way.nodes.as_slice()).unwrap_or_default();
-                    self.0.extend(nodes.iter().map(|&id| (ElementKind::Node, id)));
+                    self.keys.extend(nodes.iter().map(|&id| (ElementKind::Node, id)));
                 }
                 ElementKind::Relation => {
                     let Some(relation) = osm.relation(key.1) else { continue };
                     let members = relation.members.iter().map(|member| (member.kind, member.id));
                     let named = named(&relation.tags).map(|id| (ElementKind::Way, id));
-                    open.extend(members.chain(named).map(|key| (key, depth - 1)));
+                    let is_line = |(kind, _): &Key| *kind == ElementKind::Way;
+                    match self.lines_only {
+                        true => open.extend(members.filter(is_line).map(|key| (key, depth - 1))),
+                        false => open.extend(members.chain(named).map(|key| (key, depth - 1))),
+                    }
                 }
             }
         }
@@ -148,18 +189,19 @@ impl Parts {
         let mut relations: FxHashMap<i64, bool> = FxHashMap::default();
         for relation in &osm.relations {
             let is_near = near.contains(&(ElementKind::Relation, relation.id))
-                || named(&relation.tags).any(|id| ways.contains(&id))
                 || relation.members.iter().any(|member| match member.kind {
                     ElementKind::Way => ways.contains(&member.id),
-                    kind => near.contains(&(kind, member.id)),
-                });
+                    kind => !self.lines_only && near.contains(&(kind, member.id)),
+                })
+                || !self.lines_only && named(&relation.tags).any(|id| ways.contains(&id));
             relations.insert(relation.id, is_near);
         }
         // Elements that name a lanelet which is near.
         let is_near = |id: &i64| relations.get(id).copied().unwrap_or(false);
         for relation in &osm.relations {
             let members = relation.members.iter().filter(|member| member.kind == ElementKind::Relation);
-            if is_near(&relation.id) || members.map(|member| member.id).any(|id| is_near(&id)) {
+            let names = || !self.lines_only && members.map(|member| member.id).any(|id| is_near(&id));
+            if is_near(&relation.id) || names() {
                 touching.push((ElementKind::Relation, relation.id));
             }
         }
