@@ -1,6 +1,7 @@
 //! Which ways carry motor vehicles, and who may use them.
 
 use crate::builder::tags::admission::{Admitted, OF_CARS, OneWay, admission, admits_buses, closed_by, stated};
+use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Way};
 
@@ -11,6 +12,8 @@ pub(super) struct Drivable<'a> {
     pub class: RoadClass,
     pub link: bool,
     pub access: Access,
+    /// The only direction in which vehicles pass, where a node closes the other.
+    pub only: Option<Travel>,
 }
 
 /// Which motor vehicles may use a way.
@@ -51,6 +54,11 @@ pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
     if let Some((key, value)) = IMPASSABLE.iter().find(|(key, value)| tags.is(key, value)) {
         return AccessVerdict::LeftOut(format!("no car gets through ({key}={value})"));
     }
+    if let Some(key) = OUT_OF_USE.iter().find(|key| tags.is(key, "yes")) {
+        return AccessVerdict::LeftOut(format!(
+            "it is out of use ({key}=yes); to build it, give it `{key} = \"no\"` under [[road]] in lanewright.toml"
+        ));
+    }
     let admitted = admission(tags, class, link);
     let access = match admitted.most() {
         Admitted::Public => Access::Public,
@@ -63,7 +71,7 @@ pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
             return AccessVerdict::LeftOut(format!("motor vehicles are not admitted ({})", closed_by(tags)));
         }
     };
-    AccessVerdict::Road(Drivable { way, class, link, access })
+    AccessVerdict::Road(Drivable { way, class, link, access, only: None })
 }
 
 /// Why a way for people or bicycles that admits motor vehicles, too, is left out; `None` for other ways.
@@ -101,6 +109,9 @@ const PATHS: [&str; 5] = ["pedestrian", "footway", "cycleway", "path", "bridlewa
 
 /// Tags of ways that no car gets through.
 const IMPASSABLE: [(&str, &str); 3] = [("smoothness", "impassable"), ("impassable", "yes"), ("status", "impassable")];
+
+/// Tags of roads that nobody uses any more, or that are gone. Keys such as `disused:highway` beside `highway` tell what a road was.
+const OUT_OF_USE: [&str; 6] = ["disused", "abandoned", "razed", "demolished", "removed", "destroyed"];
 
 /// Why a way is no road today, though `highway` says so: it is being built, planned, or a ferry. Small works leave it open.
 fn no_road_now(tags: &Tags) -> Option<String> {

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
-use crate::builder::tags::admission::{Admitted, OF_CARS, admits_buses, stated};
+use crate::builder::tags::admission::{Admitted, OF_CARS, admits_buses, admission, of_value};
+use crate::builder::tags::cross_section::Travel;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::osm::{OsmData, Tags};
@@ -27,19 +28,21 @@ const SETBACK_AT_ANGLE: f64 = 5.0;
 /// Roads whose directions differ by less than this cosine from opposite ones meet without an angle: 30 degrees.
 const OPPOSITE: f64 = -0.866;
 
-/// How far the piece for buses reaches on either side of the node, metres, and most as a share of the road there.
-const BUS_PIECE: (f64, f64) = (8.0, 0.4);
+/// How far the piece of those who pass reaches on either side of the node, metres, and most as a share of the road there.
+const PIECE_PAST: (f64, f64) = (8.0, 0.4);
 
 /// Keys of a node whose values a note tells.
 const TELLING: [&str; 10] =
     ["barrier", "bollard", "kerb", "locked", "motorcar", "motor_vehicle", "vehicle", "access", "bus", "psv"];
 
 /// Who passes a node that is not open to all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Passage {
     /// No motor vehicle.
     Nobody,
     Buses,
+    /// Cars in this direction of the way only.
+    OneWay(Travel),
     /// Residents, staff, deliveries: a gate to private ground.
     Private,
     /// All that may use the road: a gate.
@@ -47,6 +50,11 @@ enum Passage {
 }
 
 impl Passage {
+    /// Whether the road goes on past it for some, on a piece of its own.
+    fn is_of_some(self) -> bool {
+        matches!(self, Self::Buses | Self::OneWay(_))
+    }
+
     /// Whether the road leads on to some cars.
     fn is_gate(self) -> bool {
         matches!(self, Self::Private | Self::Gate)
@@ -56,10 +64,10 @@ impl Passage {
 /// The nodes of drivable ways that not every car passes.
 pub(super) struct Barriers<'a> {
     nodes: FxHashMap<i64, (Passage, &'a Tags)>,
-    /// How many ways there are without those for buses.
+    /// How many ways there are without those of the pieces past barriers.
     ways: usize,
-    /// For ways with a node that only buses pass, by index: the index of the same way as a road for buses.
-    bus_ways: FxHashMap<usize, usize>,
+    /// For ways with a node that not all pass, by index: the index of the same way as a road of those who do.
+    ways_past: FxHashMap<(usize, Passage), usize>,
 }
 
 /// The end of a piece at a barrier.
@@ -70,24 +78,31 @@ struct PieceEnd {
 }
 
 impl<'a> Barriers<'a> {
-    /// Reads the tags of `ids`, the nodes of drivable ways in ascending order; adds ways for buses to `drivable`.
+    /// Reads the tags of `ids`, the nodes of drivable ways in ascending order; adds the ways of pieces past them to
+    /// `drivable`.
     pub fn read(osm: &'a OsmData, ids: &[i64], drivable: &mut Vec<Drivable<'_>>) -> Self {
         let tagged = osm.nodes.iter().filter(|node| !node.tags.is_empty() && ids.binary_search(&node.id).is_ok());
         let nodes: FxHashMap<i64, (Passage, &Tags)> =
             tagged.filter_map(|node| Some((node.id, (passage(&node.tags)?, &node.tags)))).collect();
         let ways = drivable.len();
-        let mut bus_ways = FxHashMap::default();
+        let mut ways_past = FxHashMap::default();
         for way in 0..ways {
-            let for_buses = |id| nodes.get(id).is_some_and(|(passage, _)| *passage == Passage::Buses);
-            if drivable[way].way.nodes.iter().any(for_buses) {
-                bus_ways.insert(way, drivable.len());
-                drivable.push(Drivable { access: Access::Bus, ..drivable[way] });
+            let passages = drivable[way].way.nodes.iter().filter_map(|id| nodes.get(id)).map(|(passage, _)| *passage);
+            let passages: Vec<Passage> = passages.filter(|passage| passage.is_of_some()).collect();
+            for passage in passages {
+                ways_past.entry((way, passage)).or_insert_with(|| {
+                    drivable.push(match passage {
+                        Passage::OneWay(only) => Drivable { only: Some(only), ..drivable[way] },
+                        _ => Drivable { access: Access::Bus, ..drivable[way] },
+                    });
+                    drivable.len() - 1
+                });
             }
         }
-        Self { nodes, ways, bus_ways }
+        Self { nodes, ways, ways_past }
     }
 
-    /// How many ways there are without those for buses that were added.
+    /// How many ways there are without those of pieces past barriers that were added.
     pub fn ways(&self) -> usize {
         self.ways
     }
@@ -124,23 +139,32 @@ impl<'a> Barriers<'a> {
         let mut lost = vec![false; pieces.len()];
         at_barriers.retain(|_, ends| ends.len() > 1);
         for (node, ends) in at_barriers {
-            let (passage, tags) = self.nodes[&node];
+            let (mut passage, tags) = self.nodes[&node];
+            if let Passage::OneWay(only) = passage {
+                if ends.len() != 2 {
+                    notes.push(not_built(node, tags));
+                    continue;
+                }
+                if !is_open(&ways[pieces[ends[0].piece].way], only) {
+                    passage = Passage::Nobody;
+                }
+            }
             notes.push(note(node, passage, tags));
-            let buses = passage == Passage::Buses && ends.len() == 2;
+            let goes_on = passage.is_of_some() && ends.len() == 2;
             let setback = setback(&ends, &pieces, positions);
             let mut beyond = Vec::new();
             for PieceEnd { piece, end } in &ends {
                 let piece = &mut pieces[*piece];
                 let setback =
-                    if buses { BUS_PIECE.0.min(BUS_PIECE.1 * length(&piece.nodes, positions)) } else { setback };
+                    if goes_on { PIECE_PAST.0.min(PIECE_PAST.1 * length(&piece.nodes, positions)) } else { setback };
                 let key = Key::new("barrier").number(node).number(ways[piece.way].way.id);
                 beyond.push(shorten(piece, *end, setback, key, positions));
             }
             for (PieceEnd { piece, .. }, beyond) in ends.iter().zip(&beyond) {
                 lost[*piece] |= beyond.is_none();
             }
-            if let (true, [Some(before), Some(after)]) = (buses, &beyond[..]) {
-                pieces.push(self.bus_piece(&pieces[ends[0].piece], ends[0].end, before, after));
+            if let (true, [Some(before), Some(after)]) = (goes_on, &beyond[..]) {
+                pieces.push(self.piece_past(passage, &pieces[ends[0].piece], ends[0].end, before, after));
                 lost.push(false);
             }
         }
@@ -157,37 +181,52 @@ impl<'a> Barriers<'a> {
         gates.into_iter().map(|(node, (passage, tags))| note(node, *passage, tags)).collect()
     }
 
-    /// The piece of road for buses past a barrier, in the direction of the way of the first of the two pieces that it joins.
+    /// The piece of road of those who pass a barrier, in the direction of the way of the first of the two pieces that it joins.
     /// `before` and `after` lead from their ends to the barrier.
-    fn bus_piece(&self, first: &WayPiece, end: End, before: &[i64], after: &[i64]) -> WayPiece {
+    fn piece_past(&self, passage: Passage, first: &WayPiece, end: End, before: &[i64], after: &[i64]) -> WayPiece {
         let mut nodes: Vec<i64> = before.iter().chain(after.iter().rev().skip(1)).copied().collect();
         if end == End::Start {
             nodes.reverse();
         }
-        WayPiece { way: self.bus_ways[&first.way], nodes, turn: 0, edge: [false; 2], raised: first.raised }
+        WayPiece { way: self.ways_past[&(first.way, passage)], nodes, turn: 0, edge: [false; 2], raised: first.raised }
     }
 }
 
 /// Who passes a node; `None` for all.
 fn passage(tags: &Tags) -> Option<Passage> {
+    let [along, against] = [":forward", ":backward"].map(|suffix| passage_toward(tags, suffix));
+    match (along == Some(Passage::Nobody), against == Some(Passage::Nobody)) {
+        (false, true) => Some(Passage::OneWay(Travel::Forward)),
+        (true, false) => Some(Passage::OneWay(Travel::Backward)),
+        _ => along.or(against),
+    }
+}
+
+/// Who passes a node along or against the way on which it lies.
+fn passage_toward(tags: &Tags, suffix: &str) -> Option<Passage> {
     let barrier = tags.get("barrier");
     // Beside another feature `access` tells of that, such as the entrance of a building.
     let keys = if barrier.is_some() || is_plain(tags) { &OF_CARS[..] } else { &OF_CARS[..3] };
-    match stated(tags, keys) {
-        Some(Admitted::Nobody) => Some(Passage::Nobody),
-        Some(Admitted::Buses) => Some(Passage::Buses),
+    let directed = |key: &str| tags.get_joined([key, suffix]).and_then(of_value);
+    let stated = keys.iter().find_map(|key| directed(key).or_else(|| tags.get(key).and_then(of_value)));
+    let buses = || admits_buses(tags) || ["bus", "psv"].iter().any(|key| directed(key) > Some(Admitted::Nobody));
+    match stated {
+        Some(Admitted::Nobody) if !buses() => Some(Passage::Nobody),
+        Some(Admitted::Nobody | Admitted::Buses) => Some(Passage::Buses),
         Some(Admitted::Private) => barrier.map(|_| Passage::Private),
         Some(Admitted::Public) => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
-        // It sinks for those who have a permit.
         // Nobody opens it for those who pass by.
         None if barrier.is_some() && tags.is("locked", "yes") => {
-            Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody })
+            Some(if buses() { Passage::Buses } else { Passage::Nobody })
         }
-        None if tags.is("bollard", "rising") && !admits_buses(tags) => Some(Passage::Private),
+        // It sinks for those who have a permit.
+        None if tags.is("bollard", "rising") && !buses() => Some(Passage::Private),
         // A fence of sound for cattle.
         None if matches!(tags.get("sensory"), Some("audible" | "audio")) => None,
+        // Made for the wheels of buses.
+        None if matches!(barrier, Some("bus_trap" | "sump_buster")) => Some(Passage::Buses),
         None if barrier.is_some_and(closes) || barrier == Some("kerb") && tags.is("kerb", "raised") => {
-            Some(if admits_buses(tags) { Passage::Buses } else { Passage::Nobody })
+            Some(if buses() { Passage::Buses } else { Passage::Nobody })
         }
         None => barrier.filter(|kind| is_gate(kind)).map(|_| Passage::Gate),
     }
@@ -218,7 +257,8 @@ fn is_plain(tags: &Tags) -> bool {
             "source",
             "name",
         ];
-        OF_CARS.contains(&key) || own.contains(&key)
+        let stem = key.strip_suffix(":forward").or_else(|| key.strip_suffix(":backward")).unwrap_or(key);
+        OF_CARS.contains(&stem) || own.contains(&stem)
     };
     tags.iter().all(|(key, _)| is_access(key))
 }
@@ -232,7 +272,6 @@ fn closes(barrier: &str) -> bool {
             | "block"
             | "bollard"
             | "boulder"
-            | "bus_trap"
             | "chain"
             | "concrete"
             | "concrete_block"
@@ -257,7 +296,6 @@ fn closes(barrier: &str) -> bool {
             | "rock"
             | "rope"
             | "stile"
-            | "sump_buster"
             | "tank_trap"
             | "tree"
             | "turnstile"
@@ -335,17 +373,43 @@ fn length(nodes: &[i64], positions: &FxHashMap<i64, Point>) -> f64 {
     nodes.windows(2).map(|pair| (positions[&pair[1]] - positions[&pair[0]]).norm()).sum()
 }
 
+/// The tags of a node that tell who passes it.
+fn telling(tags: &Tags) -> String {
+    let stem = |key: &str| key.split(':').next().is_some_and(|stem| TELLING.contains(&stem));
+    let told = tags.iter().filter(|(key, _)| stem(key));
+    told.map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(", ")
+}
+
+/// A node at which more than two pieces of road meet, so that its tags do not tell on which of them a direction is closed.
+fn not_built(node: i64, tags: &Tags) -> Finding {
+    let message = format!(
+        "node {node} closes a direction ({}), but roads meet there, so it does not tell of which; it is passed over, and belongs on a \
+         node of one way",
+        telling(tags)
+    );
+    Finding::new("road-closed", Subject::Node(node), message).graded(Severity::Info)
+}
+
+/// Whether a way is open to cars in this direction.
+fn is_open(way: &Drivable<'_>, travel: Travel) -> bool {
+    let admitted = admission(&way.way.tags, way.class, way.link);
+    let toward = if travel == Travel::Backward { admitted.backward } else { admitted.forward };
+    toward > Admitted::Buses
+}
+
 /// What stands at a node where roads are parted, or a gate that the map leads through.
 fn note(node: i64, passage: Passage, tags: &Tags) -> Finding {
-    let told = tags.iter().filter(|(key, _)| TELLING.contains(key));
-    let told: Vec<String> = told.map(|(key, value)| format!("{key}={value}")).collect();
-    let told = told.join(", ");
+    let told = telling(tags);
     let (fault, message) = match passage {
         Passage::Nobody => {
             ("road-closed", format!("node {node} is closed to cars ({told}); the roads end on both sides"))
         }
         Passage::Buses => {
             ("road-closed", format!("only buses pass node {node} ({told}); for cars the roads end there"))
+        }
+        Passage::OneWay(only) => {
+            let along = if only == Travel::Forward { "along" } else { "against" };
+            ("road-closed", format!("cars pass node {node} only {along} its way ({told}); lanes in the other direction end there"))
         }
         Passage::Private => {
             ("gate", format!("the map leads through the gate to private ground at node {node} ({told})"))

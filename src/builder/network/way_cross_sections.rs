@@ -62,7 +62,13 @@ impl<'d, 'a> WaySections<'d, 'a> {
             let message = format!("way {}: {tag} is no limit that is known; it is passed over", facts.way);
             notes.push(Finding::new("speed-unread", Subject::Way(facts.way), message).graded(Severity::Info));
         }
-        (layout(&facts, &mut notes), notes)
+        let mut reading = layout(&facts, &mut notes);
+        if let Some(only) = way.only {
+            // The way itself tells of all that its tags lack.
+            notes.clear();
+            close_other_direction(&mut reading, only);
+        }
+        (reading, notes)
     }
 
     /// The cross-section of every way in `used`, by the way's index.
@@ -148,7 +154,7 @@ impl<'a> WayGraph<'a> {
         let (mut ways, mut ends) = (FxHashMap::default(), FxHashMap::<i64, Vec<(usize, End)>>::default());
         let mut carriageways = Vec::new();
         for (i, layout) in layouts {
-            let Drivable { way, class, link, access } = &drivable[i];
+            let Drivable { way, class, link, access, .. } = &drivable[i];
             let (Some(&first), Some(&last)) = (way.nodes.first(), way.nodes.last()) else { continue };
             if first == last {
                 continue;
@@ -250,6 +256,17 @@ impl<'a> WayGraph<'a> {
         let is_carriageway = |way: &WayLanes| own.carriageway.and(way.carriageway).is_some();
         let goes_on = |(other, _): &(usize, End)| own.length <= PIECE || is_carriageway(&self.ways[other]);
         of_kind.or_else(|| only(next.filter(goes_straight_on)).filter(goes_on))
+    }
+}
+
+/// Takes the lanes of all directions but one from vehicles.
+fn close_other_direction(reading: &mut SectionReading, only: Travel) {
+    for strip in reading.section.strips.iter_mut().filter(|strip| strip.kind.is_driven()) {
+        match strip.travel {
+            Travel::Both => strip.travel = only,
+            travel if travel != only => strip.kind = StripKind::Buffer,
+            _ => {}
+        }
     }
 }
 

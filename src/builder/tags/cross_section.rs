@@ -1,6 +1,7 @@
 //! The cross-section of a road: its strips from left to right, read from tags.
 
 mod bus_lanes;
+mod bus_tags;
 mod contraflow;
 mod defaults;
 mod facts;
@@ -9,6 +10,7 @@ mod lanes;
 mod per_lane;
 mod placement;
 mod read;
+mod road_lists;
 mod sides;
 #[cfg(test)]
 mod tests;

@@ -97,9 +97,11 @@ fn ground_behind_a_gate_with_private_access_is_private() {
 
 #[test]
 fn buses_pass_a_barrier_that_lets_them_through() {
-    let built = street_past("barrier=bollard bus=yes");
-    assert_eq!(street_lengths(&built), [(16, true), (92, false), (92, false)]);
-    assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 2).count(), 3);
+    for tags in ["barrier=bollard bus=yes", "barrier=bus_trap", "barrier=sump_buster", "motor_vehicle=no psv=designated"] {
+        let built = street_past(tags);
+        assert_eq!(street_lengths(&built), [(16, true), (92, false), (92, false)], "{tags}");
+        assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 2).count(), 3, "{tags}");
+    }
 }
 
 #[test]
@@ -116,4 +118,35 @@ fn a_barrier_where_roads_meet_ends_all_of_them() {
     let built = build(&data(&nodes, &[(10, &[1, 2, 3, 4], "")]));
     assert_eq!(built.network.roads.len(), 2);
     assert_eq!(slugs(&built), ["road-closed", "road-closed", "way-skipped"]);
+}
+
+#[test]
+fn a_node_may_close_one_direction() {
+    let lanes = |built: &NetworkReading, travel: Travel| {
+        let roads = built.network.roads.iter().filter(|road| road.key.way == 10);
+        roads.filter(|road| road.section.driven().any(|(_, strip)| strip.travel == travel)).count()
+    };
+    for (tags, forward, backward) in [
+        ("motor_vehicle:backward=no", 3, 2),
+        ("access=no access:forward=yes", 3, 2),
+        ("vehicle:forward=no", 2, 3),
+        ("barrier=bollard motor_vehicle:forward=yes", 3, 2),
+    ] {
+        let built = street_past(tags);
+        assert_eq!([lanes(&built, Travel::Forward), lanes(&built, Travel::Backward)], [forward, backward], "{tags}");
+        assert_eq!(slugs(&built), ["road-closed"], "{tags}");
+    }
+    let both = street_past("motor_vehicle:forward=no motor_vehicle:backward=no");
+    assert_eq!(street_lengths(&both), [(99, false), (99, false)]);
+    // A one-way road is closed by a node that closes its direction; where roads meet nobody knows whose direction it is.
+    let one_way = |tags: &str| {
+        let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, tags), (3, 100.0, 0.0, "")];
+        build(&data(&nodes, &[(10, &[1, 2, 3], "oneway=yes")])).network.roads.len()
+    };
+    assert_eq!(one_way("motor_vehicle:forward=no"), 2);
+    let mut nodes = CROSS;
+    nodes[4].3 = "motor_vehicle:forward=no";
+    let built = build(&data(&nodes, &[(10, &[1, 5, 3], ""), (20, &[2, 5, 4], "")]));
+    assert_eq!((built.network.roads.len(), slugs(&built)), (4, vec!["road-closed"]));
+    assert!(built.network.intersections.iter().any(|place| place.arms.len() == 4));
 }

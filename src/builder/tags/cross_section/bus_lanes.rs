@@ -1,10 +1,10 @@
 //! Bus lanes from `lanes:bus`, `lanes:psv` and `busway`.
 
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tags::values::number_of;
 
-use super::facts::{MAX_LANES, default_lane, tagged_count};
-use super::flow::{Flow, is_for_buses};
+use super::bus_tags::{count, counted_against, leads_against};
+use super::facts::{default_lane, tagged_count};
+use super::flow::Flow;
 use super::per_lane::PerLane;
 use super::{Strip, StripKind, Travel, WayFacts};
 
@@ -79,12 +79,6 @@ fn edge(here: Travel, travel: Travel) -> Edge {
     if here == travel { Edge::Near } else { Edge::Far }
 }
 
-/// The number of bus lanes by `lanes:bus` and `lanes:psv`, with this suffix.
-fn count(facts: &WayFacts<'_>, suffix: &str) -> Option<usize> {
-    let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
-    number_of(value).filter(|n| *n >= 1.0).map(|n| (n as usize).min(MAX_LANES))
-}
-
 /// The numbers of bus lanes forward and backward by `lanes:bus` and `lanes:psv`, with or without a direction; of a one-way road
 /// those in its direction.
 pub(super) fn counted(facts: &WayFacts<'_>, flow: Flow) -> [Option<usize>; 2] {
@@ -104,40 +98,6 @@ pub(super) fn counted(facts: &WayFacts<'_>, flow: Flow) -> [Option<usize>; 2] {
         (None, None, all) => [all, None],
         (ahead, back, _) => [ahead, back],
     }
-}
-
-/// The keys of bus lanes on one side of a road.
-pub(super) const SIDES: [&str; 2] = ["busway:left", "busway:right"];
-
-/// Whether the bus lane of this key, on one side of a one-way road, leads against the road.
-pub(super) fn leads_against(facts: &WayFacts<'_>, side: &str, against: Travel) -> bool {
-    let tags = facts.tags;
-    let is_lane = SIDES.contains(&side) && tags.get(side).or_else(|| tags.get("busway:both")) == Some("lane");
-    if !is_lane {
-        return false;
-    }
-    let one_way = tags.get_joined([side, ":oneway"]);
-    let backward = against == Travel::Backward;
-    match one_way {
-        Some("-1") => backward,
-        Some("yes" | "1") => !backward,
-        Some("no") => false,
-        // On the far side of a road on which buses drive both ways.
-        _ => {
-            let far_side = (side == "busway:left") == backward;
-            let is_far = far_side == (facts.side == DrivingSide::Right);
-            is_far && is_for_buses(facts, against)
-        }
-    }
-}
-
-/// The number of bus lanes against a one-way road by `lanes:bus` and `lanes:psv`. Of a number for both directions half, and at
-/// least one, belong to the buses that drive against it.
-pub(super) fn counted_against(facts: &WayFacts<'_>, against: Travel) -> Option<usize> {
-    let [own, other] = [":forward", ":backward"].map(|suffix| count(facts, suffix));
-    let (here, there) = if against == Travel::Forward { (own, other) } else { (other, own) };
-    let shared = || count(facts, "").filter(|_| there.is_none() && is_for_buses(facts, against));
-    here.or_else(|| shared().map(|all| (all / 2).max(1)))
 }
 
 /// Applies `lanes:bus` and `lanes:psv`. Returns whether there was one.

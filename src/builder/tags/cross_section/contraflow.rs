@@ -1,9 +1,8 @@
 //! Lanes against a one-way road: bus lanes in every spelling, and what lists of lanes say.
 
-use crate::builder::tags::admission::OPPOSITE;
 use crate::diagnostic::{Finding, Severity};
 
-use super::bus_lanes::{SIDES, counted_against, leads_against};
+use super::bus_tags::{bus_lane_along, counted_against, has_own_lane};
 use super::facts::{MAX_LANES, tagged_count};
 use super::flow::{Flow, is_for_buses};
 use super::per_lane::PerLane;
@@ -40,8 +39,8 @@ pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, lists: [&PerLane; 
     }
     match (tagged, total) {
         (Some(n), _) => n,
-        (None, Some(1)) => {
-            let what = "buses drive against it on its only lane; their direction is not built";
+        (None, Some(total)) if total <= 1 + usize::from(bus_lane_along(facts, against)) => {
+            let what = "`lanes` leaves no lane for the buses that drive against it; their direction is not built";
             notes.push(facts.note("lanes-guessed", Severity::Info, what));
             0
         }
@@ -53,10 +52,4 @@ pub(super) fn lanes_against(facts: &WayFacts<'_>, flow: Flow, lists: [&PerLane; 
             1
         }
     }
-}
-
-/// Whether a tag names a lane of buses against the one-way road.
-fn has_own_lane(facts: &WayFacts<'_>, against: Travel) -> bool {
-    let opposite = OPPOSITE.iter().any(|key| facts.tags.is(key, "opposite_lane"));
-    opposite || SIDES.iter().any(|key| leads_against(facts, key, against))
 }

@@ -6,6 +6,7 @@ use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
 use super::bus_lanes::{self, mark_bus_lanes};
+use super::bus_tags::{count, on_own_track};
 use super::contraflow::lanes_against;
 use super::facts::{MAX_LANES, MAX_SINGLE_TRACK, default_lane, tagged_count};
 use super::flow::{Flow, closed_direction};
@@ -55,10 +56,13 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         notes.push(facts.note("lanes-guessed", Severity::Info, &what));
         return assumed.lanes.iter().map(|&(kind, travel)| Strip { kind, ..default_lane(facts, travel) }).collect();
     }
+    let before = notes.len();
+    notes.extend(on_own_track(facts));
     let forward_list = per_lane(facts, Travel::Forward, flow, tagged_count(facts, "lanes:forward"), notes);
     let backward_list = per_lane(facts, Travel::Backward, flow, tagged_count(facts, "lanes:backward"), notes);
     let both_list = per_lane(facts, Travel::Both, flow, tagged_count(facts, "lanes:both_ways"), notes);
     let closed = closed_direction(facts);
+    let for_both = count(facts, ":both_ways").unwrap_or(0);
     let mut counts = match flow {
         Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], room, notes),
         Flow::Alternating => {
@@ -66,13 +70,13 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         }
         Flow::Forward => {
             let backward = lanes_against(facts, flow, [&forward_list, &backward_list], notes);
-            let forward = one_way(facts, flow, [&forward_list, &backward_list], backward, notes);
-            Counts { forward, backward, both: 0 }
+            let forward = one_way(facts, flow, [&forward_list, &backward_list], backward + for_both, notes);
+            Counts { forward, backward, both: for_both }
         }
         Flow::Backward => {
             let forward = lanes_against(facts, flow, [&backward_list, &forward_list], notes);
-            let backward = one_way(facts, flow, [&backward_list, &forward_list], forward, notes);
-            Counts { forward, backward, both: 0 }
+            let backward = one_way(facts, flow, [&backward_list, &forward_list], forward + for_both, notes);
+            Counts { forward, backward, both: for_both }
         }
     };
     if let (Some((travel, kind)), Flow::TwoWay | Flow::Alternating) = (closed, flow) {
@@ -91,7 +95,8 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
     };
     let mut forward = strips(counts.forward, Travel::Forward, &forward_list);
     let mut backward = strips(counts.backward, Travel::Backward, &backward_list);
-    let both = strips(counts.both, Travel::Both, &both_list);
+    let mut both = strips(counts.both, Travel::Both, &both_list);
+    both.iter_mut().take(for_both).for_each(|strip| strip.kind = StripKind::Bus);
     mark_bus_lanes(facts, flow, [&mut forward, &mut backward], [&forward_list, &backward_list]);
     keep_drivable(facts, [&mut forward, &mut backward], &both, notes);
     backward.reverse();
@@ -100,12 +105,24 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         DrivingSide::Left => (forward, backward),
     };
     let mut all = [left, both, right].concat();
+    if notes.iter().skip(before).all(|note| !note.fault.starts_with("lanes-")) {
+        notes.extend(of_other_number(facts, &all));
+    }
     let ways = ["cycleway", "cycleway:left", "cycleway:right", "cycleway:both"];
     let against = flow.against().filter(|_| ways.iter().any(|key| facts.tags.is(key, "opposite_share_busway")));
     for strip in &mut all {
         strip.bicycles = strip.kind == StripKind::Bus && (strip.bicycles || against == Some(strip.travel));
     }
     all
+}
+
+/// A note if `lanes` counts more or fewer lanes than there are. Bicycle lanes never count, and bus lanes not for all mappers.
+fn of_other_number(facts: &WayFacts<'_>, lanes: &[Strip]) -> Option<Finding> {
+    let total = tagged_count(facts, "lanes").filter(|n| *n > 0)?;
+    let built = lanes.iter().filter(|strip| strip.kind != StripKind::Bicycle).count();
+    let of_buses = lanes.iter().filter(|strip| strip.kind == StripKind::Bus).count();
+    let what = || format!("lanes={total}, and {built} lanes are built, as the tags about its directions and buses say");
+    (built != total && built != total + of_buses).then(|| facts.note("lanes-guessed", Severity::Info, &what()))
 }
 
 /// Whether a tag gives the number or the use of lanes.
@@ -158,7 +175,7 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         let tagged = tagged_count(facts, key).filter(|n| *n > 0);
         list.matching(tagged).or(tagged).or(list.longest()).map(|n| n.min(MAX_LANES))
     });
-    let centre = usize::from(facts.tags.is("centre_turn_lane", "yes"));
+    let centre = usize::from(facts.tags.is("centre_turn_lane", "yes")).max(count(facts, ":both_ways").unwrap_or(0));
     let both = tagged_count(facts, "lanes:both_ways").or(of_both.longest()).unwrap_or(centre).min(MAX_LANES);
     let Some(total) = tagged_count(facts, "lanes").filter(|n| *n > 0) else {
         return without_total(facts, [forward, backward], both, room, notes);

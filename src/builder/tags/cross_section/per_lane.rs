@@ -1,18 +1,14 @@
 //! The tags of each lane of one direction: `turn:lanes`, `change:lanes`, `width:lanes`, access tags.
 
 use crate::builder::tags::admission::{Admitted, of_value};
-use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::speed_limits::parse;
-use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
+use crate::builder::tags::values::{is_yes, metres};
 use crate::diagnostic::{Finding, Severity};
 
-use super::facts::tagged_count;
 use super::flow::Flow;
+use super::road_lists::{BUS, MOTOR, is_without_direction, listed, of_direction};
 use super::{Arrows, Defaults, LANE_WIDTHS, Strip, StripKind, Travel, WayFacts};
 
-/// Access tags for cars, from the most specific to the least.
-const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
-const BUS: [&str; 2] = ["bus:lanes", "psv:lanes"];
 const BICYCLE: &str = "bicycle:lanes";
 const OTHERS: [&str; 5] = ["turn:lanes", "change:lanes", "width:lanes", "hov:lanes", "maxspeed:lanes"];
 
@@ -37,16 +33,26 @@ pub(super) fn per_lane(
         Travel::Backward => (":backward", flow == Flow::Backward),
         Travel::Both => (":both_ways", flow == Flow::Alternating),
     };
-    let get = |key: &str| {
-        let directed = facts.tags.get_joined([key, suffix]);
-        directed.or_else(|| if only { facts.tags.get(key) } else { None })
-    };
+    let directed = |key: &str| facts.tags.get_joined([key, suffix]);
+    let own = |key: &str| facts.tags.get(key).filter(|_| only);
     // Most ways have no such tags.
     let any = facts.tags.iter().any(|(key, _)| key.contains(":lanes"));
     let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS).filter(|_| any);
-    let lists: Vec<_> =
-        keys.filter_map(|key| Some((key, get(key).map(listed).or_else(|| half(facts, travel, flow, key))?))).collect();
-    let change = get("change").or_else(|| facts.tags.get("change")).map(str::to_owned);
+    let read = |key: &'static str| {
+        let list = directed(key).map(listed).or_else(|| of_direction(facts, travel, flow, key));
+        Some((key, list.or_else(|| own(key).map(listed))?))
+    };
+    let lists: Vec<_> = keys.clone().filter_map(read).collect();
+    if flow == Flow::TwoWay && travel == Travel::Forward {
+        notes.extend(keys.filter(|key| is_without_direction(facts, flow, key)).map(|key| {
+            let what = format!(
+                "{key} does not tell which lanes of this two-way road it is about, and is passed over; {key}:forward and \
+                 {key}:backward would"
+            );
+            facts.note("lanes-contradict", Severity::Warning, &what)
+        }));
+    }
+    let change = directed("change").or_else(|| facts.tags.get("change")).map(str::to_owned);
     let mut list = PerLane { lists, change };
     if list.turn_around_arrows() {
         let what = format!(
@@ -59,34 +65,6 @@ pub(super) fn per_lane(
         notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
     }
     list
-}
-
-fn listed(value: &str) -> Vec<String> {
-    entries(value).map(str::to_owned).collect()
-}
-
-/// The part of a list without a direction that is about the lanes of one direction of a two-way road: it names all lanes, from left to
-/// right along the way, and `lanes` alone says how many. So mappers tag who may use a lane, though not arrows.
-fn half(facts: &WayFacts<'_>, travel: Travel, flow: Flow, key: &str) -> Option<Vec<String>> {
-    let of_use = MOTOR.iter().chain(&BUS).any(|k| *k == key) || key == BICYCLE;
-    let directed = ["lanes:forward", "lanes:backward", "lanes:both_ways"].iter().any(|key| facts.tags.has(key));
-    if flow != Flow::TwoWay || !of_use || directed {
-        return None;
-    }
-    let all = listed(facts.tags.get(key)?);
-    if tagged_count(facts, "lanes") != Some(all.len()) || all.len() < 2 {
-        return None;
-    }
-    let (backward, forward) = (all.len() / 2, all.len().div_ceil(2));
-    let on_right = facts.side == DrivingSide::Right;
-    match travel {
-        Travel::Forward => Some(all.into_iter().skip(if on_right { backward } else { 0 }).take(forward).collect()),
-        Travel::Backward => {
-            let skip = if on_right { 0 } else { forward };
-            Some(all.into_iter().skip(skip).take(backward).rev().collect())
-        }
-        Travel::Both => None,
-    }
 }
 
 impl PerLane {

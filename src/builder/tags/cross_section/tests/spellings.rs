@@ -69,3 +69,79 @@ fn bicycles_against_the_traffic_ride_so_on_either_side() {
     expect("oneway=yes cycleway:left=opposite_lane", "C< D>");
     expect("oneway=-1 cycleway:left=opposite_track", "C> D<");
 }
+
+#[test]
+fn lists_of_all_lanes_include_those_against_the_cars() {
+    for list in ["psv:lanes=designated|no", "psv:lanes=designated|", "access:lanes=psv|yes"] {
+        expect(&format!("oneway=yes oneway:psv=no lanes=2 {list}"), "B< D>");
+    }
+    expect("oneway=yes oneway:psv=no lanes=3 psv:lanes=designated||designated", "B< D> B>");
+    expect("oneway=yes oneway:bus=no lanes=2 access:lanes=no| bus:lanes=designated|", "B< D>");
+    expect("oneway=-1 busway=opposite_lane lanes=3 bus:lanes=||yes", "D< D< B>");
+    expect("oneway=yes lanes=3 lanes:backward=1 bus:lanes=designated||", "B< D> D>");
+    // The list of the direction of the cars.
+    expect("oneway=yes oneway:bus=no lanes=3 bus:lanes=|designated", "B< D> B>");
+    expect("oneway=yes lanes=2 bus:lanes=designated|", "B> D>");
+    expect("oneway=yes oneway:bus=no lanes=2 bus:lanes=yes|designated", "B< D> B>");
+    let road = expect("oneway=yes oneway:bus=no lanes=2 bus:lanes=designated| width:lanes=3.5|3", "B< D>");
+    assert_eq!(road.section.strips.iter().map(|strip| strip.width).collect::<Vec<_>>(), [3.5, 3.0]);
+}
+
+#[test]
+fn lists_of_all_lanes_follow_the_numbers_of_each_direction() {
+    expect("lanes=3 lanes:backward=1 bus:lanes=||designated", "D< D> B>");
+    expect("lanes=3 lanes:forward=1 bus:lanes=designated||", "B< D< D>");
+    expect("lanes=4 lanes:both_ways=1 lanes:forward=1 bus:lanes=designated|||", "B< D< D= D>");
+    let road = expect("lanes=3 lanes:backward=1 width:lanes=4|3|3.5 maxspeed:lanes=30|50|60", "D< D> D>");
+    assert_eq!(road.section.strips.iter().map(|strip| strip.width).collect::<Vec<_>>(), [4.0, 3.0, 3.5]);
+    assert_eq!(road.section.strips.iter().map(|strip| strip.speed).collect::<Vec<_>>(), [30.0, 50.0, 60.0].map(Some));
+}
+
+#[test]
+fn lists_that_lack_a_direction_are_told() {
+    for text in ["lanes=3 turn:lanes=left|through|right", "lanes=4 change:lanes=yes|no|no|yes", "lanes=3 lanes:backward=1 bus:lanes=|designated"]
+    {
+        assert!(slugs(text).contains(&"lanes-contradict"), "{text}");
+    }
+    for text in ["lanes=2 turn:lanes:forward=left turn:lanes:backward=right turn:lanes=left|right", "lanes=2 width:lanes=3|3", "lanes=2 hov:lanes=|"] {
+        assert!(!slugs(text).contains(&"lanes-contradict"), "{text}");
+    }
+}
+
+#[test]
+fn a_bus_lane_at_the_near_side_takes_a_lane_before_buses_against_the_traffic_do() {
+    expect("oneway=yes oneway:bus=no lanes=2 busway:right=lane", "D> B>");
+    expect("oneway=yes oneway:bus=no lanes=2 busway=lane", "D> B>");
+    expect("oneway=-1 oneway:bus=no lanes=2 busway:left=lane", "B< D<");
+    expect("oneway=yes oneway:bus=no lanes=3 busway:right=lane", "B< D> B>");
+    assert!(slugs("oneway=yes oneway:bus=no lanes=2 busway:right=lane").contains(&"lanes-guessed"));
+}
+
+#[test]
+fn a_bus_lane_may_be_for_both_directions() {
+    expect("lanes=3 lanes:bus:both_ways=1", "D< B= D>");
+    expect("lanes=3 lanes:both_ways=1 lanes:psv:both_ways=1", "D< B= D>");
+    expect("oneway=yes lanes=2 lanes:bus:both_ways=1", "B= D>");
+    expect("oneway=-1 lanes=3 lanes:psv:both_ways=1", "D< D< B=");
+}
+
+#[test]
+fn a_track_of_buses_beside_the_road_is_told() {
+    for key in ["busway", "busway:left", "busway:both"] {
+        expect(&format!("oneway=yes lanes=2 {key}=opposite_track"), "D> D>");
+        assert!(slugs(&format!("oneway=yes lanes=2 {key}=opposite_track")).contains(&"lanes-guessed"), "{key}");
+    }
+}
+
+#[test]
+fn more_lanes_than_tagged_are_told() {
+    for (text, is_told) in [
+        ("oneway=yes lanes=1 busway=lane", false),
+        ("oneway=yes lanes=2 busway:both=lane oneway:bus=no", true),
+        ("oneway=yes lanes=2 busway=lane", false),
+        ("oneway=yes lanes=1 bicycle:lanes=|designated", false),
+        ("lanes=4 busway=lane", false),
+    ] {
+        assert_eq!(slugs(text).iter().any(|slug| slug.starts_with("lanes-")), is_told, "{text}");
+    }
+}
