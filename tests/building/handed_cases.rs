@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lanewright::builder::network::NetworkError;
-use lanewright::builder::{BuildError, BuildOptions, Built, build};
+use lanewright::builder::{BuildError, BuildOptions, Built, build, build_plan, geojson};
 use lanewright::diagnostic::Severity;
 use lanewright::geometry::{Vector, cross, polygon};
 use lanewright::lanelet::{Lanelet, LaneletMap, Loaded};
@@ -91,6 +91,13 @@ fn lanes_are_for_those_who_may_drive_there() {
         assert_eq!(lanes(&data), expected, "{name}");
         assert_eq!(found(&built(&data), Severity::Warning), Vec::<String>::new(), "{name}");
     }
+}
+
+#[test]
+fn shoulders_in_the_middle_of_a_road_cause_no_finding() {
+    let Some(file) = shared("cases/streets/two_shoulders_in_the_middle.geojson") else { return };
+    let streets = geojson::read(&std::fs::read_to_string(file).unwrap(), &BuildOptions::default()).unwrap();
+    assert_eq!(found(&build_plan(streets), Severity::Warning), [""; 0]);
 }
 
 #[test]

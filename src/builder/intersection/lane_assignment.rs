@@ -73,10 +73,13 @@ impl ApproachLanes<'_> {
             let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
             if ins.is_empty() {
                 // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes and
-                // its own one points elsewhere.
+                // its own one points elsewhere. Cars turn off across the bus lane beside them where its arrow points there.
                 let told = |(_, lane): &(usize, &ArmLane)| !is_untold(lane, &usable);
                 let outer = outer_lane(&goals, t, target.turn > 0.0);
-                let is_free = given_up.contains(&t) || !lanes.iter().all(told);
+                let edge = if target.turn > 0.0 { self.arm.into.first() } else { self.arm.into.last() };
+                let is_bus_lane = |lane: &&ArmLane| kind == StripKind::Drive && lane.kind == StripKind::Bus;
+                let over_buses = edge.filter(is_bus_lane).is_some_and(|lane| turns_towards(lane.arrows, target));
+                let is_free = over_buses || given_up.contains(&t) || !lanes.iter().all(told);
                 if target.turns_back() || !is_free && !turns_towards(lanes[outer].1.arrows, target) {
                     continue;
                 }

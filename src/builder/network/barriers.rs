@@ -195,9 +195,11 @@ impl<'a> Barriers<'a> {
 /// Who passes a node; `None` for all.
 fn passage(tags: &Tags) -> Option<Passage> {
     let [along, against] = [":forward", ":backward"].map(|suffix| passage_toward(tags, suffix));
-    match (along == Some(Passage::Nobody), against == Some(Passage::Nobody)) {
+    let is_closed = |passage| matches!(passage, Some(Passage::Nobody | Passage::Buses));
+    match (is_closed(along), is_closed(against)) {
         (false, true) => Some(Passage::OneWay(Travel::Forward)),
         (true, false) => Some(Passage::OneWay(Travel::Backward)),
+        (true, true) if along != against => Some(Passage::Buses),
         _ => along.or(against),
     }
 }

@@ -47,12 +47,14 @@ impl ResolvedRestrictions {
             }
         }
         // Chains see the turns at nodes only, so that their order does not matter.
-        let over_roads = network.restrictions.iter().filter(|r| !r.via.is_empty());
-        let (chains, torn): (Vec<_>, Vec<_>) =
-            over_roads.map(|r| Chain::of(network, r).ok_or(r)).partition(Result::is_ok);
-        let chains: Vec<Chain> = chains.into_iter().flatten().collect();
-        let torn = torn.into_iter().filter_map(Result::err);
-        notes.extend(torn.map(|restriction| Chain { restriction, turns: Vec::new() }.note(network)));
+        let mut chains = Vec::new();
+        for r in network.restrictions.iter().filter(|r| !r.via.is_empty()) {
+            match Chain::of(network, r) {
+                Ok(chain) => chains.push(chain),
+                Err(Broken::Undriven) => {}
+                Err(Broken::Torn) => notes.push(Chain { restriction: r, turns: Vec::new() }.note(network)),
+            }
+        }
         let expressed: Vec<ChainTurns> = chains.iter().map(|chain| chain.as_turns(network, &found)).collect();
         for (chain, ChainTurns { turns, complete }) in chains.iter().zip(expressed) {
             turns.into_iter().for_each(|(from, to)| found.add(from, to, chain.restriction.only));
@@ -140,6 +142,14 @@ struct Chain<'a> {
     turns: Vec<(RoadEnd, RoadEnd)>,
 }
 
+/// Why the roads of a restriction are no path.
+enum Broken {
+    /// They do not join each other.
+    Torn,
+    /// Nobody drives one of them that way, as after the lanes of a link are left out that nobody may enter: nothing is left to forbid.
+    Undriven,
+}
+
 /// The single turns that express a restriction.
 struct ChainTurns {
     turns: Vec<(RoadEnd, RoadEnd)>,
@@ -148,20 +158,22 @@ struct ChainTurns {
 }
 
 impl<'a> Chain<'a> {
-    /// `None` for a restriction at a node, and if the roads do not form a chain.
-    fn of(network: &RoadNetwork, restriction: &'a TurnRestriction) -> Option<Self> {
+    /// The chain of a restriction over roads.
+    fn of(network: &RoadNetwork, restriction: &'a TurnRestriction) -> Result<Self, Broken> {
         let mut turns = Vec::new();
         let mut from = restriction.from;
         for &road in &restriction.via {
             let here = network.intersection_at(from);
-            let mut departures = End::BOTH.map(|end| RoadEnd { road, end }).into_iter();
-            let to = departures.find(|&to| network.intersection_at(to) == here && leads_out(network, to))?;
+            let departures = End::BOTH.map(|end| RoadEnd { road, end });
+            let mut ends = departures.into_iter().filter(|&to| network.intersection_at(to) == here).peekable();
+            ends.peek().ok_or(Broken::Torn)?;
+            let to = ends.find(|&to| leads_out(network, to)).ok_or(Broken::Undriven)?;
             turns.push((from, to));
             from = other_end(to);
         }
         let closed = !turns.is_empty() && network.intersection_at(from) == network.intersection_at(restriction.to);
         turns.push((from, restriction.to));
-        closed.then_some(Self { restriction, turns })
+        closed.then_some(Self { restriction, turns }).ok_or(Broken::Torn)
     }
 
     /// The single turns to restrict without binding other traffic.
@@ -208,6 +220,7 @@ impl<'a> Chain<'a> {
 mod tests {
     use crate::builder::network::RoadIx;
     use crate::builder::network::hand_drawn::{network, osm, restrict};
+    use crate::builder::tags::cross_section::StripKind;
 
     use super::*;
 
@@ -269,6 +282,11 @@ mod tests {
         let onto: Vec<i64> =
             restrictions.neighbours(&network, from, false).map(|to| network.road(to.road).key.way).collect();
         assert_eq!((onto, notes.len()), (vec![5], 0));
+        // Its lanes are left out then, and nothing is left to forbid.
+        let link = road(2);
+        let mut without = network;
+        without.roads[link].section.strips.iter_mut().for_each(|strip| strip.kind = StripKind::Buffer);
+        assert_eq!(ResolvedRestrictions::new(&without).1.len(), 0);
     }
 
     #[test]

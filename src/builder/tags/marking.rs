@@ -5,6 +5,7 @@ use crate::lanelet::lane_change::SIDES;
 use crate::osm::{Tags, Text};
 
 use super::cross_section::{CrossSection, Strip, StripKind, Travel};
+use super::side_strips::are_parted;
 
 /// Countries in which the line between opposite directions is yellow.
 const YELLOW: [&str; 16] =
@@ -119,10 +120,10 @@ pub fn unpainted() -> Attributes {
     Attributes::of(&[("type", "virtual"), ("lane_change", "no")])
 }
 
-/// Whether an edge parts two shoulders in the middle of a road: each ends there, at a barrier or a median without width.
+/// Whether an edge parts two shoulders in the middle of a road.
 fn lies_between_shoulders(section: &CrossSection, edge: usize) -> bool {
-    let beside = [edge.checked_sub(1), Some(edge)].map(|at| at.and_then(|at| section.strips.get(at)));
-    beside.iter().all(|strip| strip.is_some_and(|strip| strip.kind == StripKind::Shoulder))
+    let left = edge.checked_sub(1).and_then(|at| section.strips.get(at));
+    left.zip(section.strips.get(edge)).is_some_and(|(left, right)| are_parted(left, right))
 }
 
 /// The edge of the kerb before a bicycle track on one side of a road.

@@ -61,7 +61,7 @@ pub fn strip_runs(section: &CrossSection) -> Vec<StripRun> {
 fn all_runs(section: &CrossSection) -> Vec<StripRun> {
     let mut runs: Vec<StripRun> = Vec::new();
     let mut start = 0;
-    for strips in section.strips.chunk_by(|a, b| strip_use(a.kind) == strip_use(b.kind)) {
+    for strips in section.strips.chunk_by(|a, b| strip_use(a.kind) == strip_use(b.kind) && !are_parted(a, b)) {
         let run = start..start + strips.len();
         start = run.end;
         let Some((used, own)) = strips.first().and_then(|first| Some((strip_use(first.kind)?, first.travel))) else {
@@ -88,6 +88,13 @@ fn all_runs(section: &CrossSection) -> Vec<StripRun> {
 /// The width of strips, metres.
 fn width(section: &CrossSection, strips: &Range<usize>) -> f64 {
     section.strips.iter().take(strips.end).skip(strips.start).map(|strip| strip.width).sum()
+}
+
+/// Whether two neighbouring strips are shoulders of either direction in the middle of a road: each ends there, at a barrier or a median
+/// without width.
+pub(crate) fn are_parted(a: &Strip, b: &Strip) -> bool {
+    let is_shoulder = |strip: &Strip| strip_use(strip.kind) == Some(StripUse::Shoulder);
+    is_shoulder(a) && is_shoulder(b) && a.travel.reversed() == b.travel && a.travel != b.travel
 }
 
 fn strip_use(kind: StripKind) -> Option<StripUse> {
@@ -135,5 +142,29 @@ fn is_reachable(section: &CrossSection, runs: &[StripRun], run: &StripRun) -> bo
         StripUse::Bicycle => true,
         StripUse::Shoulder => road.contains(&true) || other.contains(&true),
         StripUse::Pedestrian => road.contains(&true),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shoulders_in_the_middle_of_a_road_are_two() {
+        let runs = |width: f64, kinds: [StripKind; 2]| {
+            let strip = |kind, travel| Strip::plain(kind, travel, width, false);
+            let [first, second] = kinds;
+            let strips = vec![
+                Strip::plain(StripKind::Drive, Travel::Backward, 3.0, false),
+                strip(first, Travel::Backward),
+                strip(second, Travel::Forward),
+                Strip::plain(StripKind::Drive, Travel::Forward, 3.0, false),
+            ];
+            strip_runs(&CrossSection { strips }).into_iter().map(|run| (run.strips, run.travel)).collect::<Vec<_>>()
+        };
+        let two = [(1..2, Travel::Backward), (2..3, Travel::Forward)];
+        assert_eq!(runs(1.2, [StripKind::Shoulder, StripKind::Shoulder]), two);
+        assert_eq!(runs(2.2, [StripKind::Shoulder, StripKind::Parking]), two);
+        assert_eq!(runs(0.63, [StripKind::Shoulder, StripKind::Shoulder]), [], "neither is wide enough to stop on");
     }
 }

@@ -106,6 +106,27 @@ fn buses_turn_from_a_road_of_their_own() {
     }
 }
 
+/// The arrow into the side street is on the bus lane at the kerb: cars turn off across it.
+#[test]
+fn cars_turn_off_over_the_bus_lane_whose_arrow_points_there() {
+    for (side, [left, right]) in SIDES.into_iter().zip([["through;left|", ""], ["", "|through;right"]]) {
+        let nodes = [(1, 0.0, 0.0, ""), (2, -150.0, 0.0, ""), (3, 150.0, 0.0, ""), (4, 0.0, -150.0, "")];
+        let street = "highway=primary oneway=yes lanes=3 busway=lane";
+        let before = format!("{street} turn:lanes={left}through|through{right}");
+        let ways: [(i64, &[i64], &str); 3] =
+            [(12, &[2, 1], &before), (13, &[1, 3], street), (14, &[1, 4], "highway=residential lanes=2")];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        assert_eq!(found_of_geometry(&map, &settings), Vec::<String>::new(), "{side:?}");
+        let turn = if left.is_empty() { "right" } else { "left" };
+        let turns = |kind: &str| {
+            let tags = map.lanelets.iter().map(|lanelet| &lanelet.attributes);
+            tags.filter(|tags| tags.is("subtype", kind) && tags.is("turn_direction", turn)).count()
+        };
+        // From the west and from the side street.
+        assert_eq!((turns("bus_lane") > 0, turns("road")), (true, 2), "{side:?}");
+    }
+}
+
 #[test]
 fn a_shoulder_beyond_a_bicycle_lane_against_the_street_runs_with_it() {
     for (side, kerb) in SIDES.into_iter().zip(["left", "right"]) {

@@ -1,11 +1,11 @@
 //! Tags that drivers obey on the ways of a random town: access by direction, buses against one-way streets, lanes beside lanes, closed
-//! ways, limits, and turn restrictions over one way or several.
+//! ways and nodes, limits, and turn restrictions over one way or several.
 
 use super::dice::Dice;
 use super::plan::{Plan, Restriction};
 
 /// Tags for roads with both directions.
-const BOTH_WAYS: [&str; 14] = [
+const BOTH_WAYS: [&str; 28] = [
     "motor_vehicle:backward=no",
     "vehicle:forward=no",
     "access=no access:forward=yes",
@@ -20,9 +20,23 @@ const BOTH_WAYS: [&str; 14] = [
     "maxspeed:motorcar=30 maxspeed=50",
     "maxspeed:advisory=40",
     "maxspeed=DE:urban",
+    "access:backward=no",
+    "motorcar:forward=no",
+    "vehicle=no vehicle:forward=yes",
+    "oneway=alternating",
+    "motor_vehicle=private",
+    "lanes=2 bus:lanes=|designated",
+    "lanes=3 lanes:backward=1 bus:lanes=||designated",
+    "lanes=3 lanes:bus:both_ways=1",
+    "lanes=2 busway=opposite_lane",
+    "lanes=2 turn:lanes=left|right",
+    "lanes=3 lanes:backward=1 width:lanes=4|3|3",
+    "disused=yes",
+    "abandoned=yes",
+    "maxspeed=JP:national",
 ];
 /// Tags for one-way roads.
-const ONE_WAY: [&str; 11] = [
+const ONE_WAY: [&str; 19] = [
     "oneway:bus=no",
     "oneway:psv=no lanes=3 lanes:forward=2 lanes:backward=1",
     "busway=opposite_lane",
@@ -34,6 +48,25 @@ const ONE_WAY: [&str; 11] = [
     "motor_vehicle:backward=yes",
     "maxspeed:lanes=50|30",
     "change:lanes=no|yes",
+    "oneway:psv=no lanes=2 psv:lanes=designated|no",
+    "oneway:psv=no lanes=3 psv:lanes=designated||designated",
+    "oneway:bus=no lanes=2 busway:right=lane",
+    "oneway:bus=no lanes=1",
+    "lanes=2 lanes:bus:both_ways=1",
+    "lanes=2 busway=opposite_track",
+    "lanes=2 bus:lanes:backward=designated",
+    "vehicle:forward=no",
+];
+/// Tags for nodes in the middle of ways.
+const NODES: [&str; 8] = [
+    "barrier=bollard",
+    "barrier=bollard bus=yes",
+    "barrier=bollard bollard=rising",
+    "barrier=bus_trap",
+    "barrier=gate access=private",
+    "access=no",
+    "motor_vehicle:forward=no",
+    "motor_vehicle:backward=no",
 ];
 /// What a turn restriction may say.
 const RESTRICTIONS: [&str; 9] = [
@@ -61,6 +94,7 @@ impl Plan {
                 way.tags = format!("{} {more}", kept.join(" "));
             }
         }
+        self.bar(dice);
         for from in 0..self.ways.len() {
             if !dice.chance(0.2) {
                 continue;
@@ -78,6 +112,18 @@ impl Plan {
             if chain.len() > 1 {
                 let node = (chain.len() == 2).then(|| self.ways[from].nodes.last().copied()).flatten();
                 self.restrictions.push(Restriction { ways: chain, node, value: dice.pick(&RESTRICTIONS) });
+            }
+        }
+    }
+    /// Closes or half closes some nodes in the middle of ways.
+    fn bar(&mut self, dice: &mut Dice) {
+        let mut uses = vec![0; self.nodes.len()];
+        self.ways.iter().flat_map(|way| &way.nodes).for_each(|node| uses[*node] += 1);
+        for way in &self.ways {
+            let inner = way.nodes.get(1..way.nodes.len() - 1).unwrap_or_default();
+            let Some(node) = inner.iter().find(|node| uses[**node] == 1 && self.nodes[**node].tags.is_empty()) else { continue };
+            if way.tags.starts_with("highway") && dice.chance(0.15) {
+                self.nodes[*node].tags = dice.pick(&NODES).to_owned();
             }
         }
     }

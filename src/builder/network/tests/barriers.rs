@@ -130,6 +130,7 @@ fn a_node_may_close_one_direction() {
         ("motor_vehicle:backward=no", 3, 2),
         ("access=no access:forward=yes", 3, 2),
         ("vehicle:forward=no", 2, 3),
+        ("vehicle:forward=no bus:forward=yes", 2, 3),
         ("barrier=bollard motor_vehicle:forward=yes", 3, 2),
     ] {
         let built = street_past(tags);

@@ -121,7 +121,7 @@ fn of_other_number(facts: &WayFacts<'_>, lanes: &[Strip]) -> Option<Finding> {
     let total = tagged_count(facts, "lanes").filter(|n| *n > 0)?;
     let built = lanes.iter().filter(|strip| strip.kind != StripKind::Bicycle).count();
     let of_buses = lanes.iter().filter(|strip| strip.kind == StripKind::Bus).count();
-    let what = || format!("lanes={total}, and {built} lanes are built, as the tags about its directions and buses say");
+    let what = || format!("lanes={total}, though the tags of its lanes make {built}, which are built");
     (built != total && built != total + of_buses).then(|| facts.note("lanes-guessed", Severity::Info, &what()))
 }
 
