@@ -213,6 +213,8 @@ fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd, why: Cl
     let end = Intersection { closed_by: Some(why), ..Intersection::of_arms(nodes, position, vec![at]) };
     network.intersections.push(end);
     network.intersections[old].arms.retain(|arm| *arm != at);
+    // Nobody drives over this end any more: nothing is left to forbid.
+    network.restrictions.retain(|r| !r.via.contains(&at.road));
     let road = &mut network.roads[at.road];
     match at.end {
         End::Start => road.from = new,

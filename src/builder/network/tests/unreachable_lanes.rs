@@ -34,6 +34,24 @@ fn lanes_that_lead_nowhere_are_told_of() {
     assert_eq!(reachable(&against).1.len(), 0);
 }
 
+#[test]
+fn a_restriction_over_a_link_that_nobody_enters_is_settled() {
+    // Only those who turn back use the link from node 2 to node 5.
+    let nodes = [(1, -200.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 200.0, 0.0, ""), (4, 200.0, 70.0, ""), (5, 0.0, 70.0, ""), (6, -200.0, 70.0, "")];
+    let ways: [(i64, &[i64], &str); 5] = [
+        (10, &[1, 2], "oneway=yes"),
+        (11, &[2, 3], "oneway=yes"),
+        (12, &[4, 5], "oneway=yes"),
+        (13, &[5, 6], "oneway=yes"),
+        (14, &[2, 5], "oneway=yes"),
+    ];
+    let mut osm = data(&nodes, &ways);
+    restrict(&mut osm, 7, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 14), ("to", 'w', 13)]);
+    let (network, notes) = reachable(&osm);
+    assert!(notes[0].starts_with("nobody can enter the lanes of way 14"), "{notes:?}");
+    assert_eq!(ResolvedRestrictions::new(&network).1.len(), 0);
+}
+
 /// How far away a road may lie, metres, so that it changes nothing: as far as tiles look by themselves.
 const FAR: f64 = 400.0;
 
