@@ -73,7 +73,7 @@ def judged(tags, they):
         return "a lane for both directions lies in the middle; netconvert gives it to one"
     if has("lanes:bus", "lanes:psv", "psv:", "bus:"):
         return "the tags name lanes of buses, which netconvert does not read"
-    if has(":lanes") and not has("lanes:") and "lanes" not in tags:
+    if has(":lanes") and not any(key.startswith("lanes") for key in tags):
         return "a list tells how many lanes there are; netconvert takes the number of its type of road"
     return None
 

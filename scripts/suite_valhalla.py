@@ -11,6 +11,7 @@ JUDGED = [
     (["NoInfoBarrierAccess"], "a gate without access tags is open; Valhalla passes it where nothing else leads there"),
     (["highway=path"], "a way for people is built where a setting asks; a note says so"),
     (["service=emergency_access"], "closed to cars, as OSRM has it"),
+    (["disused=yes"], "what is out of use is closed, with a note; other engines read no such key"),
     (["psv=no"], "a map has lanes for buses, and none that bars buses alone"),
     *(([f"={who}"], "the value names others than cars; Valhalla passes over it") for who in ("military", "use_sidepath", "emergency", "psv", "bus")),
     *(([f"{key}:{way}="], "the direction is closed or open as said; Valhalla reads no direction of this key, OSRM and GraphHopper do")
