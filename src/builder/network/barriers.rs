@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
-use crate::builder::tags::admission::{Admitted, OF_CARS, admits_buses, admission, of_value};
+use crate::builder::tags::admission::{Admitted, OF_CARS, admission, admits_buses, of_value};
 use crate::builder::tags::cross_section::Travel;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
@@ -411,7 +411,10 @@ fn note(node: i64, passage: Passage, tags: &Tags) -> Finding {
         }
         Passage::OneWay(only) => {
             let along = if only == Travel::Forward { "along" } else { "against" };
-            ("road-closed", format!("cars pass node {node} only {along} its way ({told}); lanes in the other direction end there"))
+            (
+                "road-closed",
+                format!("cars pass node {node} only {along} its way ({told}); lanes in the other direction end there"),
+            )
         }
         Passage::Private => {
             ("gate", format!("the map leads through the gate to private ground at node {node} ({told})"))

@@ -121,7 +121,9 @@ impl Plan {
         self.ways.iter().flat_map(|way| &way.nodes).for_each(|node| uses[*node] += 1);
         for way in &self.ways {
             let inner = way.nodes.get(1..way.nodes.len() - 1).unwrap_or_default();
-            let Some(node) = inner.iter().find(|node| uses[**node] == 1 && self.nodes[**node].tags.is_empty()) else { continue };
+            let Some(node) = inner.iter().find(|node| uses[**node] == 1 && self.nodes[**node].tags.is_empty()) else {
+                continue;
+            };
             if way.tags.starts_with("highway") && dice.chance(0.15) {
                 self.nodes[*node].tags = dice.pick(&NODES).to_owned();
             }

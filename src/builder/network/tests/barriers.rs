@@ -97,7 +97,9 @@ fn ground_behind_a_gate_with_private_access_is_private() {
 
 #[test]
 fn buses_pass_a_barrier_that_lets_them_through() {
-    for tags in ["barrier=bollard bus=yes", "barrier=bus_trap", "barrier=sump_buster", "motor_vehicle=no psv=designated"] {
+    for tags in
+        ["barrier=bollard bus=yes", "barrier=bus_trap", "barrier=sump_buster", "motor_vehicle=no psv=designated"]
+    {
         let built = street_past(tags);
         assert_eq!(street_lengths(&built), [(16, true), (92, false), (92, false)], "{tags}");
         assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 2).count(), 3, "{tags}");

@@ -37,7 +37,14 @@ fn lanes_that_lead_nowhere_are_told_of() {
 #[test]
 fn a_restriction_over_a_link_that_nobody_enters_is_settled() {
     // Only those who turn back use the link from node 2 to node 5.
-    let nodes = [(1, -200.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 200.0, 0.0, ""), (4, 200.0, 70.0, ""), (5, 0.0, 70.0, ""), (6, -200.0, 70.0, "")];
+    let nodes = [
+        (1, -200.0, 0.0, ""),
+        (2, 0.0, 0.0, ""),
+        (3, 200.0, 0.0, ""),
+        (4, 200.0, 70.0, ""),
+        (5, 0.0, 70.0, ""),
+        (6, -200.0, 70.0, ""),
+    ];
     let ways: [(i64, &[i64], &str); 5] = [
         (10, &[1, 2], "oneway=yes"),
         (11, &[2, 3], "oneway=yes"),

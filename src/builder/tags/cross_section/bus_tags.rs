@@ -65,6 +65,7 @@ pub(super) fn bus_lane_along(facts: &WayFacts<'_>, against: Travel) -> bool {
 pub(super) fn on_own_track(facts: &WayFacts<'_>) -> Option<Finding> {
     let is_track = |key: &str| matches!(facts.tags.get(key), Some("track" | "opposite_track" | "separate"));
     let key = ["busway", "busway:both"].into_iter().chain(SIDES).find(|key| is_track(key))?;
-    let what = format!("{key}={} lies beside the road; no lane is built for it", facts.tags.get(key).unwrap_or_default());
+    let what =
+        format!("{key}={} lies beside the road; no lane is built for it", facts.tags.get(key).unwrap_or_default());
     Some(facts.note("lanes-guessed", Severity::Info, &what))
 }

@@ -43,7 +43,8 @@ pub(super) fn of_direction(facts: &WayFacts<'_>, travel: Travel, flow: Flow, key
 
 /// Whether a list of a two-way road is given without a direction, and does not name all its lanes.
 pub(super) fn is_without_direction(facts: &WayFacts<'_>, flow: Flow, key: &str) -> bool {
-    let directed = [":forward", ":backward", ":both_ways"].iter().any(|suffix| facts.tags.get_joined([key, suffix]).is_some());
+    let directed =
+        [":forward", ":backward", ":both_ways"].iter().any(|suffix| facts.tags.get_joined([key, suffix]).is_some());
     let travels = [Travel::Forward, Travel::Backward, Travel::Both];
     facts.tags.has(key) && !directed && travels.iter().all(|travel| of_direction(facts, *travel, flow, key).is_none())
 }
@@ -102,6 +103,7 @@ fn shares(facts: &WayFacts<'_>, flow: Flow) -> Option<Shares> {
         leaves_cars && part(against).is_some_and(|part| part.iter().all(|entry| is_open(entry)))
     };
     let names_buses = |entry: &str| of_value(entry) == Some(Admitted::Buses);
-    let given = BUS.iter().any(|key| gives_to_buses(key, is_yes)) || MOTOR.iter().any(|key| gives_to_buses(key, names_buses));
+    let given =
+        BUS.iter().any(|key| gives_to_buses(key, is_yes)) || MOTOR.iter().any(|key| gives_to_buses(key, names_buses));
     given.then_some(shares)
 }

@@ -99,11 +99,18 @@ fn lists_of_all_lanes_follow_the_numbers_of_each_direction() {
 
 #[test]
 fn lists_that_lack_a_direction_are_told() {
-    for text in ["lanes=3 turn:lanes=left|through|right", "lanes=4 change:lanes=yes|no|no|yes", "lanes=3 lanes:backward=1 bus:lanes=|designated"]
-    {
+    for text in [
+        "lanes=3 turn:lanes=left|through|right",
+        "lanes=4 change:lanes=yes|no|no|yes",
+        "lanes=3 lanes:backward=1 bus:lanes=|designated",
+    ] {
         assert!(slugs(text).contains(&"lanes-contradict"), "{text}");
     }
-    for text in ["lanes=2 turn:lanes:forward=left turn:lanes:backward=right turn:lanes=left|right", "lanes=2 width:lanes=3|3", "lanes=2 hov:lanes=|"] {
+    for text in [
+        "lanes=2 turn:lanes:forward=left turn:lanes:backward=right turn:lanes=left|right",
+        "lanes=2 width:lanes=3|3",
+        "lanes=2 hov:lanes=|",
+    ] {
         assert!(!slugs(text).contains(&"lanes-contradict"), "{text}");
     }
 }
