@@ -17,6 +17,7 @@ mod index;
 mod islands;
 mod mid_block_signals;
 pub mod network_diff;
+mod passage;
 mod private_ground;
 mod read;
 pub mod resolved_restrictions;
