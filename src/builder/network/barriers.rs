@@ -1,6 +1,6 @@
 //! Ends roads at nodes that cars cannot pass: a barrier such as a bollard, or access tags that close the node.
 //!
-//! The road ends on both sides of the node. Where buses may pass, the two ends are joined by a piece of road for buses.
+//! The road ends on both sides of the node. Where buses may pass, or cars in one direction, a piece of road for them joins the two ends.
 
 use std::collections::BTreeMap;
 
