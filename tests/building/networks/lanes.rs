@@ -116,7 +116,10 @@ fn cars_turn_off_over_the_bus_lane_whose_arrow_points_there() {
         let ways: [(i64, &[i64], &str); 3] =
             [(12, &[2, 1], &before), (13, &[1, 3], street), (14, &[1, 4], "highway=residential lanes=2")];
         let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
-        assert_eq!(found_of_geometry(&map, &settings), Vec::<String>::new(), "{side:?}");
+        // Nobody meets another there but where they merge.
+        let harmless = ["vm-03-01/no-right-of-way", "vm-03-12/no-conflict"];
+        let found = found_of_geometry(&map, &settings);
+        assert!(found.iter().all(|one| harmless.contains(&one.as_str())), "{side:?} {found:?}");
         let turn = if left.is_empty() { "right" } else { "left" };
         let turns = |kind: &str| {
             let tags = map.lanelets.iter().map(|lanelet| &lanelet.attributes);
