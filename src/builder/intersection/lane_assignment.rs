@@ -9,6 +9,7 @@ use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::{angle_between, cross};
 
 use super::movement_types::{Movement, TurnTarget};
@@ -20,6 +21,7 @@ use std::collections::BTreeMap;
 
 /// The movements from all arms; where `with_arrows` is false, as if the arm had no arrows.
 pub fn assign_lanes(
+    side: DrivingSide,
     restrictions: &ResolvedRestrictions,
     arms: &[&Arm],
     targets: &[Vec<TurnTarget>],
@@ -31,7 +33,7 @@ pub fn assign_lanes(
         if !with_arrows[from] {
             arm.to_mut().into.iter_mut().for_each(|lane| lane.arrows = Arrows::default());
         }
-        let mut approach = ApproachLanes { from, arm: &arm, targets: &targets[from], movements: Vec::new() };
+        let mut approach = ApproachLanes { side, from, arm: &arm, targets: &targets[from], movements: Vec::new() };
         approach.assign_bus_lanes();
         approach.assign(StripKind::Drive);
         approach.assign_bus_roads();
@@ -49,6 +51,7 @@ pub fn assign_lanes(
 
 /// The lanes that lead in over one arm, and their movements as far as they are assigned.
 struct ApproachLanes<'a> {
+    side: DrivingSide,
     from: usize,
     arm: &'a Arm,
     targets: &'a [TurnTarget<'a>],
@@ -73,12 +76,10 @@ impl ApproachLanes<'_> {
             let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
             if ins.is_empty() {
                 // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless the arrows tell for all lanes and
-                // its own one points elsewhere. Cars turn off across the bus lane beside them where its arrow points there.
+                // its own one points elsewhere. Cars turn off across the bus lane at the kerb.
                 let told = |(_, lane): &(usize, &ArmLane)| !is_untold(lane, &usable);
                 let outer = outer_lane(&goals, t, target.turn > 0.0);
-                let edge = if target.turn > 0.0 { self.arm.into.first() } else { self.arm.into.last() };
-                let is_bus_lane = |lane: &&ArmLane| kind == StripKind::Drive && lane.kind == StripKind::Bus;
-                let over_buses = edge.filter(is_bus_lane).is_some_and(|lane| turns_towards(lane.arrows, target));
+                let over_buses = kind == StripKind::Drive && self.is_over_buses(target);
                 let is_free = over_buses || given_up.contains(&t) || !lanes.iter().all(told);
                 if target.turns_back() || !is_free && !turns_towards(lanes[outer].1.arrows, target) {
                     continue;
@@ -105,6 +106,15 @@ impl ApproachLanes<'_> {
                 self.add(target.to, lanes[i].0, out_lane);
             }
         }
+    }
+
+    /// Whether a near turn leads across the bus lane at the kerb, whose arrow points there.
+    fn is_over_buses(&self, target: &TurnTarget) -> bool {
+        let (kerb, is_near) = match self.side {
+            DrivingSide::Right => (self.arm.into.last(), target.turn < 0.0),
+            DrivingSide::Left => (self.arm.into.first(), target.turn > 0.0),
+        };
+        is_near && kerb.is_some_and(|lane| lane.kind == StripKind::Bus && turns_towards(lane.arrows, target))
     }
 
     /// Leads bus lanes to a bus lane ahead where there is one, else to the other lanes of the straightest arm.

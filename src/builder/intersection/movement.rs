@@ -49,14 +49,14 @@ pub fn movements(
         (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, (&arms, &joined), from)).collect();
     let mut u_turns = remove_u_turns(paths, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
-    let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
+    let mut all = assign_lanes(side, restrictions, &arms, &targets, &with_arrows);
     // If no arrow leads to an arm, the arrows of the approach that leads to it most directly belong to another intersection: lanes
     // are marked long before they diverge. They are ignored.
     let missed = (0..arms.len()).filter(|to| all.iter().all(|m| m.to != *to));
     let missed: Vec<usize> = missed.filter_map(|to| straightest_approach(&targets, to)).collect();
     if !missed.is_empty() {
         missed.into_iter().for_each(|from| with_arrows[from] = false);
-        all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
+        all = assign_lanes(side, restrictions, &arms, &targets, &with_arrows);
     }
     u_turns.retain(|turn| has_room_beside(paths, &arms, &all, turn));
     let tighter = u_turns.iter().filter_map(|turn| tighter_u_turn(side, &arms, &all, turn)).collect::<Vec<_>>();
