@@ -272,8 +272,17 @@ fn is_single_track(facts: &WayFacts<'_>, room: Option<f64>) -> bool {
 
 /// Turns all lanes into lanes for cars if the tags leave none for motor vehicles.
 fn keep_drivable(facts: &WayFacts<'_>, lanes: [&mut Vec<Strip>; 2], both: &[Strip], notes: &mut Vec<Finding>) {
-    let driven = |strips: &[Strip]| strips.iter().any(|s| s.kind.is_driven());
-    if driven(both) || lanes.iter().any(|strips| driven(strips)) {
+    let has =
+        |is_wanted: fn(&Strip) -> bool| both.iter().chain(lanes.iter().flat_map(|strips| strips.iter())).any(is_wanted);
+    let [of_cars, driven] = [has(|strip| strip.kind == StripKind::Drive), has(|strip| strip.kind.is_driven())];
+    if driven {
+        if !of_cars && !facts.bus_road {
+            notes.push(facts.note(
+                "lanes-contradict",
+                Severity::Warning,
+                "its lane tags leave no lane for cars, only for buses",
+            ));
+        }
         return;
     }
     notes.push(facts.note("lanes-contradict", Severity::Warning, "its lane tags leave no lane for motor vehicles"));

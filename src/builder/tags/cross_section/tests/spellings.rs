@@ -152,3 +152,11 @@ fn more_lanes_than_tagged_are_told() {
         assert_eq!(slugs(text).iter().any(|slug| slug.starts_with("lanes-")), is_told, "{text}");
     }
 }
+
+#[test]
+fn a_road_without_a_lane_for_cars_is_told() {
+    for text in ["oneway=yes lanes=1 bus:lanes=designated", "lanes=2 busway=opposite_lane bus:lanes=|designated"] {
+        assert!(slugs(text).contains(&"lanes-contradict"), "{text}");
+    }
+    assert!(!slugs("oneway=yes lanes=2 bus:lanes=|designated").contains(&"lanes-contradict"));
+}
