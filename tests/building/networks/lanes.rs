@@ -109,7 +109,7 @@ fn buses_turn_from_a_road_of_their_own() {
 /// The arrow into the side street is on the bus lane at the kerb: cars turn off across it.
 #[test]
 fn cars_turn_off_over_the_bus_lane_whose_arrow_points_there() {
-    for (side, [left, right]) in SIDES.into_iter().zip([["through;left|", ""], ["", "|through;right"]]) {
+    for (side, [left, right]) in SIDES.into_iter().zip([["", "|through;right"], ["through;left|", ""]]) {
         let nodes = [(1, 0.0, 0.0, ""), (2, -150.0, 0.0, ""), (3, 150.0, 0.0, ""), (4, 0.0, -150.0, "")];
         let street = "highway=primary oneway=yes lanes=3 busway=lane";
         let before = format!("{street} turn:lanes={left}through|through{right}");

@@ -57,8 +57,9 @@ pub(super) fn has_own_lane(facts: &WayFacts<'_>, against: Travel) -> bool {
 
 /// Whether `busway` names a bus lane in the direction of a one-way road at its near side; `against` is the other direction.
 pub(super) fn bus_lane_along(facts: &WayFacts<'_>, against: Travel) -> bool {
-    let near = usize::from((facts.side == DrivingSide::Right) == (against == Travel::Backward));
-    ["busway", "busway:both", SIDES[near]].iter().any(|key| facts.tags.is(key, "lane"))
+    let [left, right] = SIDES;
+    let near = if (facts.side == DrivingSide::Right) == (against == Travel::Backward) { right } else { left };
+    ["busway", "busway:both", near].iter().any(|key| facts.tags.is(key, "lane"))
 }
 
 /// A note if buses have a track of their own beside the road, for which nothing is built.

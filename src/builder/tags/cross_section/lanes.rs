@@ -63,22 +63,7 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
     let both_list = per_lane(facts, Travel::Both, flow, tagged_count(facts, "lanes:both_ways"), notes);
     let closed = closed_direction(facts);
     let for_both = count(facts, ":both_ways").unwrap_or(0);
-    let mut counts = match flow {
-        Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], room, notes),
-        Flow::Alternating => {
-            Counts { forward: 0, backward: 0, both: one_way(facts, flow, [&both_list, &both_list], 0, notes) }
-        }
-        Flow::Forward => {
-            let backward = lanes_against(facts, flow, [&forward_list, &backward_list], notes);
-            let forward = one_way(facts, flow, [&forward_list, &backward_list], backward + for_both, notes);
-            Counts { forward, backward, both: for_both }
-        }
-        Flow::Backward => {
-            let forward = lanes_against(facts, flow, [&backward_list, &forward_list], notes);
-            let backward = one_way(facts, flow, [&backward_list, &forward_list], forward + for_both, notes);
-            Counts { forward, backward, both: for_both }
-        }
-    };
+    let mut counts = numbers(facts, flow, [&forward_list, &backward_list, &both_list], room, notes);
     if let (Some((travel, kind)), Flow::TwoWay | Flow::Alternating) = (closed, flow) {
         counts.close(travel, kind, tells_lanes(facts.tags));
     }
@@ -114,6 +99,32 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         strip.bicycles = strip.kind == StripKind::Bus && (strip.bicycles || against == Some(strip.travel));
     }
     all
+}
+
+/// The numbers of lanes; the lists are those of the forward and the backward direction and of both.
+fn numbers(
+    facts: &WayFacts<'_>,
+    flow: Flow,
+    lists: [&PerLane; 3],
+    room: Option<f64>,
+    notes: &mut Vec<Finding>,
+) -> Counts {
+    let [forward_list, backward_list, both_list] = lists;
+    let (along, against) = match flow {
+        Flow::TwoWay => return two_way(facts, lists, room, notes),
+        Flow::Alternating => {
+            return Counts { forward: 0, backward: 0, both: one_way(facts, flow, [both_list; 2], 0, notes) };
+        }
+        Flow::Forward => (forward_list, backward_list),
+        Flow::Backward => (backward_list, forward_list),
+    };
+    let both = count(facts, ":both_ways").unwrap_or(0);
+    let of_against = lanes_against(facts, flow, [along, against], notes);
+    let of_along = one_way(facts, flow, [along, against], of_against + both, notes);
+    match flow {
+        Flow::Backward => Counts { forward: of_against, backward: of_along, both },
+        _ => Counts { forward: of_along, backward: of_against, both },
+    }
 }
 
 /// A note if `lanes` counts more or fewer lanes than there are. Bicycle lanes never count, and bus lanes not for all mappers.

@@ -51,7 +51,7 @@ pub(super) fn is_without_direction(facts: &WayFacts<'_>, flow: Flow, key: &str) 
 
 impl Shares {
     /// The entries about the lanes of a direction in a list of all lanes, from left to right along the way; `None` if it has not as many.
-    fn part<'l>(self, side: DrivingSide, all: &'l [String], travel: Travel) -> Option<&'l [String]> {
+    fn part(self, side: DrivingSide, all: &[String], travel: Travel) -> Option<&[String]> {
         let Self { forward, backward, both } = self;
         if all.len() != forward + backward + both {
             return None;
