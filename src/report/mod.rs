@@ -19,6 +19,7 @@ pub mod html;
 pub mod json;
 pub mod junit;
 mod known_words;
+mod levels;
 pub mod patch;
 pub mod planner;
 mod prose;

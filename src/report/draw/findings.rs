@@ -3,8 +3,8 @@
 use rustc_hash::FxHashMap;
 
 use super::canvas::{Canvas, View};
+use super::labels::Labels;
 use super::lanes::positions;
-use super::lettering;
 use crate::diagnostic::{Diagnostic, Place, Subject};
 use crate::geometry::{Point, Vector};
 use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
@@ -24,7 +24,7 @@ const LIFT: f64 = 28.0;
 const MAX_WORDED: usize = 60;
 
 /// Draws the glows of all findings, then all pins, the worst on top.
-pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic]) {
+pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], labels: &mut Labels) {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|d| d.severity);
     // A subject with many findings glows once, in the hue of the worst.
@@ -48,7 +48,7 @@ pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic
     for (at, diagnostic) in &pins {
         pin(canvas, *at, diagnostic);
     }
-    words(canvas, &pins);
+    words(canvas, &pins, labels);
 }
 
 /// The findings that are on the sheet, each with the place of its pin, the worst last.
@@ -60,22 +60,15 @@ pub fn pins<'a>(view: &View, map: &LaneletMap, diagnostics: &'a [Diagnostic]) ->
 }
 
 /// Writes what the pins are about, the worst first, wherever there is room.
-fn words(canvas: &mut Canvas, pins: &[(Point, &Diagnostic)]) {
-    let mut taken: Vec<(Point, Point)> = Vec::new();
+fn words(canvas: &mut Canvas, pins: &[(Point, &Diagnostic)], labels: &mut Labels) {
     for (at, diagnostic) in pins.iter().rev() {
         let text = match diagnostic.finding.subject.id() {
             Some(id) => format!("{} {id}", diagnostic.code),
             None => diagnostic.code.clone(),
         };
-        let half = Vector::new(lettering::width(&text, LETTER) / 2.0 + LETTER, LETTER);
-        let middle = canvas.view.pixel(*at) - Vector::new(0.0, LIFT);
-        let (min, max) = (middle - half, middle + half);
-        let free = taken.iter().all(|(low, high)| min.x > high.x || max.x < low.x || min.y > high.y || max.y < low.y);
-        if free {
-            canvas.words("found", *at, LIFT, &text, LETTER);
-            taken.push((min, max));
-        }
-        if taken.len() >= MAX_WORDED {
+        let taken = labels.count();
+        labels.write(canvas, "found", *at, LIFT, &text, LETTER);
+        if taken >= MAX_WORDED {
             break;
         }
     }

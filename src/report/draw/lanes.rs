@@ -4,6 +4,7 @@ use crate::geometry::{Point, Polyline};
 use crate::lane_stitching::{Colour, Strokes};
 use crate::lanelet::index::lets_vehicles_in;
 use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
+use crate::report::levels::Level;
 
 use super::canvas::Canvas;
 use super::style;
@@ -19,11 +20,11 @@ const ARROW_SPACING: f64 = 25.0;
 const CENTRE_STEP: f64 = 0.8;
 
 /// Fills the areas of polygons of one kind.
-pub fn polygons(canvas: &mut Canvas, map: &LaneletMap, intersections: bool) {
-    for polygon in &map.polygons {
+pub fn polygons(canvas: &mut Canvas, level: &Level, intersections: bool) {
+    for polygon in &level.polygons {
         let class = style::area(&polygon.attributes);
         if (class == "box") == intersections {
-            let ring = positions(map, &polygon.points);
+            let ring = positions(level.map, &polygon.points);
             let kind = polygon.attributes.get("type").unwrap_or("polygon");
             canvas.area(class, &ring, &format!("{kind} {}", polygon.id));
         }
@@ -31,35 +32,35 @@ pub fn polygons(canvas: &mut Canvas, map: &LaneletMap, intersections: bool) {
 }
 
 /// Fills the areas: those that vehicles may cross as a road would be, the others as ground.
-pub fn areas(canvas: &mut Canvas, map: &LaneletMap) {
-    for area in &map.areas {
+pub fn areas(canvas: &mut Canvas, level: &Level) {
+    for area in &level.areas {
         let class = if lets_vehicles_in(area) { style::PASSAGE } else { "lot" };
         let kind = area.attributes.get("subtype").map_or_else(|| "area".to_owned(), |kind| format!("area, {kind}"));
-        canvas.area(class, &positions(map, &area.points), &format!("{kind} {}", area.id));
+        canvas.area(class, &positions(level.map, &area.points), &format!("{kind} {}", area.id));
     }
 }
 
 /// Fills all lanelets but crosswalks; turns as the road they run over.
-pub fn surfaces(canvas: &mut Canvas, map: &LaneletMap) {
-    for lanelet in map.lanelets.iter().filter(|l| !is_crosswalk(l)) {
+pub fn surfaces(canvas: &mut Canvas, level: &Level) {
+    for lanelet in level.lanelets.iter().filter(|l| !is_crosswalk(l)) {
         let class =
             if style::turn(&lanelet.attributes).is_some() { "road" } else { style::surface(&lanelet.attributes) };
-        canvas.area(&format!("{class} seam"), &map.outline(lanelet), &title(lanelet));
+        canvas.area(&format!("{class} seam"), &level.map.outline(lanelet), &title(lanelet));
     }
 }
 
 /// Lays the hues of the turns over the road; where turns cross, both shine through.
-pub fn turns(canvas: &mut Canvas, map: &LaneletMap) {
-    for lanelet in map.lanelets.iter().filter(|l| style::turn(&l.attributes).is_some()) {
-        canvas.area(style::surface(&lanelet.attributes), &map.outline(lanelet), &title(lanelet));
+pub fn turns(canvas: &mut Canvas, level: &Level) {
+    for lanelet in level.lanelets.iter().filter(|l| style::turn(&l.attributes).is_some()) {
+        canvas.area(style::surface(&lanelet.attributes), &level.map.outline(lanelet), &title(lanelet));
     }
 }
 
 /// Draws the crosswalks, which lie on top of everything that drives.
-pub fn crosswalks(canvas: &mut Canvas, map: &LaneletMap) {
-    for lanelet in map.lanelets.iter().filter(|l| is_crosswalk(l)) {
-        canvas.area(style::surface(&lanelet.attributes), &map.outline(lanelet), &title(lanelet));
-        zebra(canvas, map, lanelet);
+pub fn crosswalks(canvas: &mut Canvas, level: &Level) {
+    for lanelet in level.lanelets.iter().filter(|l| is_crosswalk(l)) {
+        canvas.area(style::surface(&lanelet.attributes), &level.map.outline(lanelet), &title(lanelet));
+        zebra(canvas, level.map, lanelet);
     }
 }
 
@@ -87,11 +88,11 @@ fn zebra(canvas: &mut Canvas, map: &LaneletMap, lanelet: &Lanelet) {
 const MAX_STEPS: f64 = 10_000.0;
 
 /// Draws every linestring by its type: bounds, kerbs, stop lines.
-pub fn markings(canvas: &mut Canvas, map: &LaneletMap) {
+pub fn markings(canvas: &mut Canvas, level: &Level) {
     let (over, under): (Vec<_>, Vec<_>) =
-        map.linestrings.iter().partition(|l| matches!(style::stroke(&l.attributes), Stroke::Single("stop")));
+        level.lines.iter().partition(|l| matches!(style::stroke(&l.attributes), Stroke::Single("stop")));
     for line in under.into_iter().chain(over) {
-        marking(canvas, map, line);
+        marking(canvas, level.map, line);
     }
 }
 
@@ -116,11 +117,12 @@ fn marking(canvas: &mut Canvas, map: &LaneletMap, line: &LineString) {
 }
 
 /// Draws where traffic goes: the whole path of a turn, small arrows on a plain lane.
-pub fn arrows(canvas: &mut Canvas, map: &LaneletMap) {
+pub fn arrows(canvas: &mut Canvas, level: &Level) {
     if canvas.view.scale < DETAIL_SCALE {
         return;
     }
-    for lanelet in &map.lanelets {
+    let map = level.map;
+    for lanelet in &level.lanelets {
         let walked = matches!(
             RoadType::of(&lanelet.attributes),
             RoadType::Crosswalk | RoadType::Walkway | RoadType::PedestrianLane | RoadType::Shoulder

@@ -1,47 +1,15 @@
-//! Words on the picture: ids, the scale bar, what the hues mean.
+//! The legend: the scale bar, what the hues mean, how many findings there are.
 
-use super::canvas::{Canvas, bounding_box};
-use super::lanes::{centre_line, positions};
+use super::canvas::Canvas;
 use super::style;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
-use crate::lanelet::{LaneletMap, Target, TurnDirection};
+use crate::lanelet::{LaneletMap, TurnDirection};
 
 /// Height of letters in pixels.
 const LETTER: f64 = 8.0;
-/// How far behind the middle of a lane its id is, metres.
-const BEHIND_ARROW: f64 = 2.5;
 /// Distance of the legend from the edge of the sheet, pixels.
 const INSET: f64 = 14.0;
-
-/// Writes the ids of lanelets, intersection areas, and regulatory elements at their stop line.
-pub fn ids(canvas: &mut Canvas, map: &LaneletMap) {
-    let height = (canvas.view.scale * 0.6).clamp(5.0, 9.0);
-    for polygon in map.polygons.iter().filter(|p| style::area(&p.attributes) == "box") {
-        if let Some((min, max)) = bounding_box(&positions(map, &polygon.points)) {
-            canvas.words("id-area", nalgebra::center(&min, &max), 0.0, &polygon.id.to_string(), height * 1.3);
-        }
-    }
-    for lanelet in &map.lanelets {
-        let Some(centre) = centre_line(map, lanelet) else { continue };
-        let turning = style::turn(&lanelet.attributes).is_some();
-        // The paths of an intersection fan out toward their ends; a plain lane has its arrow in the middle.
-        let length = centre.length();
-        let station = if turning { length * 0.68 } else { (length * 0.5 + BEHIND_ARROW).min(length) };
-        let class = if turning { "id-turn" } else { "id-lane" };
-        canvas.words(class, centre.at(station), 0.0, &lanelet.id.to_string(), height);
-    }
-    for element in &map.regulatory_elements {
-        let line = element.members.iter().find_map(|m| match m.target {
-            Target::LineString(id) if m.role == "ref_line" || m.role == "refers" => map.linestrings.get(id),
-            _ => None,
-        });
-        let Some(line) = line else { continue };
-        if let Some((min, max)) = bounding_box(&positions(map, &line.points)) {
-            canvas.words("id-rule", nalgebra::center(&min, &max), height * 1.4, &element.id.to_string(), height);
-        }
-    }
-}
 
 /// Draws the scale bar, and beside it the hues that occur and how many findings the picture shows.
 pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], more: &[(&str, &str)]) {

@@ -2,6 +2,8 @@
 
 mod canvas;
 mod findings;
+mod ids;
+mod labels;
 mod lanes;
 mod legend;
 mod lettering;
@@ -21,6 +23,9 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::lanelet::{AreaId, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
 use crate::planner::Forecast;
+use crate::report::levels::Levels;
+
+use labels::Labels;
 
 /// Length of a picture's longer side in pixels, where no scale is asked for.
 const COMFORTABLE_SIDE: f64 = 1800.0;
@@ -121,18 +126,24 @@ pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
 /// The same for a part of the plane that is known already.
 pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options: &Options) -> String {
     let mut canvas = Canvas::new(view);
-    layer(&mut canvas, "areas", |c| {
-        lanes::areas(c, map);
-        lanes::polygons(c, map, false);
-    });
-    layer(&mut canvas, "lanes", |c| lanes::surfaces(c, map));
-    layer(&mut canvas, "intersections", |c| lanes::polygons(c, map, true));
-    layer(&mut canvas, "turns", |c| lanes::turns(c, map));
-    layer(&mut canvas, "crosswalks", |c| lanes::crosswalks(c, map));
-    layer(&mut canvas, "markings", |c| lanes::markings(c, map));
-    layer(&mut canvas, "arrows", |c| lanes::arrows(c, map));
-    layer(&mut canvas, "signals", |c| signals::signals(c, map));
-    layer(&mut canvas, "findings", |c| findings::findings(c, map, diagnostics));
+    let levels = Levels::of(map);
+    for (at, level) in levels.split(map).iter().enumerate() {
+        // The names of the lowest level stand alone.
+        let of_level = |name: &str| if at == 0 { name.to_owned() } else { format!("{name}-above-{at}") };
+        layer(&mut canvas, &of_level("areas"), |c| {
+            lanes::areas(c, level);
+            lanes::polygons(c, level, false);
+        });
+        layer(&mut canvas, &of_level("lanes"), |c| lanes::surfaces(c, level));
+        layer(&mut canvas, &of_level("intersections"), |c| lanes::polygons(c, level, true));
+        layer(&mut canvas, &of_level("turns"), |c| lanes::turns(c, level));
+        layer(&mut canvas, &of_level("crosswalks"), |c| lanes::crosswalks(c, level));
+        layer(&mut canvas, &of_level("markings"), |c| lanes::markings(c, level));
+        layer(&mut canvas, &of_level("arrows"), |c| lanes::arrows(c, level));
+        layer(&mut canvas, &of_level("signals"), |c| signals::signals(c, level));
+    }
+    let mut labels = Labels::default();
+    layer(&mut canvas, "findings", |c| findings::findings(c, map, diagnostics, &mut labels));
     if !options.forecasts.is_empty() {
         layer(&mut canvas, "planner", |c| planner::forecasts(c, map, &options.forecasts));
     }
@@ -140,7 +151,7 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
         layer(&mut canvas, "marked", |c| marked(c, &options.marked));
     }
     if options.ids {
-        layer(&mut canvas, "ids", |c| legend::ids(c, map));
+        layer(&mut canvas, "ids", |c| ids::ids(c, map, &levels, &mut labels));
     }
     let more: &[_] = if options.forecasts.is_empty() { &[] } else { &planner::MEANINGS };
     if !options.without_legend {

@@ -4,16 +4,18 @@ use super::canvas::Canvas;
 use super::lanes::positions;
 use crate::geometry::{Vector, left_of};
 use crate::lanelet::{LaneletMap, LineString, LineStringId};
+use crate::report::levels::Level;
 
 /// Below this many pixels per metre signals are left out.
 const DETAIL_SCALE: f64 = 1.5;
 
 /// Draws lights with their lamps on the side they face, and signs.
-pub fn signals(canvas: &mut Canvas, map: &LaneletMap) {
+pub fn signals(canvas: &mut Canvas, level: &Level) {
     if canvas.view.scale < DETAIL_SCALE {
         return;
     }
-    for line in &map.linestrings {
+    let map = level.map;
+    for line in &level.lines {
         match line.attributes.get("type") {
             Some("traffic_light") => light(canvas, map, line),
             Some("traffic_sign") => sign(canvas, map, line),
@@ -21,7 +23,7 @@ pub fn signals(canvas: &mut Canvas, map: &LaneletMap) {
         }
     }
     // Above the bodies that they belong to.
-    for bulbs in map.linestrings.iter().filter(|line| line.attributes.is("type", "light_bulbs")) {
+    for bulbs in level.lines.iter().filter(|line| line.attributes.is("type", "light_bulbs")) {
         arrows(canvas, map, bulbs);
     }
 }

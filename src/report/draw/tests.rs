@@ -153,3 +153,52 @@ fn strokes_are_written_as_they_are_drawn() {
     };
     assert!((first(0) - Point::new(-0.18, 0.0)).norm() < 1e-3 && (first(1) - Point::new(0.18, 0.0)).norm() < 1e-3);
 }
+
+#[test]
+fn a_tunnel_is_drawn_before_the_street_above_it() {
+    let mut map = lane("road", None);
+    for (id, x, y) in [(5, -20.0, 12.0), (6, 20.0, 12.0), (7, -20.0, 8.0), (8, 20.0, 8.0)] {
+        map.points.insert(MapPoint::new(PointId(id), Point::new(x, y), Some(-6.0)));
+    }
+    for (id, points) in [(13, [5, 6]), (14, [7, 8])] {
+        let (points, attributes) = (points.map(PointId).to_vec(), tags(&[("type", "line_thin"), ("subtype", "solid")]));
+        map.linestrings.insert(LineString { id: LineStringId(id), points, attributes, span: None });
+    }
+    // By its number the tunnel comes last.
+    let tunnel = map.lanelets.get(LaneletId(21)).unwrap();
+    let [left, right] = [13, 14].map(|id| Bound { line: LineStringId(id), inverted: false });
+    map.lanelets.insert(Lanelet { id: LaneletId(22), left, right, ..tunnel.clone() });
+    let options = Options { ids: true, ..Options::default() };
+    let drawn = svg(&map, &[], &options).unwrap();
+    let at = |words: &str| drawn.find(words).unwrap_or_else(|| panic!("{words} is not in {drawn}"));
+    assert!(at("lanelet 22 ") < at("line_thin solid 13") && at("line_thin solid 13") < at("lanelet 21 "));
+    // Not in the middle of the tunnel, where the street lies on it.
+    let id_22 = drawn.split("<title>22</title>").nth(1).unwrap();
+    let pixel = |text: &str| text.split("d=\"M").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+    let [street_left, street_right] = [0.0, 3.0].map(|x| view(&map, &options).unwrap().pixel(Point::new(x, 0.0)).x);
+    assert!(!(street_left..street_right).contains(&pixel(id_22)));
+}
+
+#[test]
+fn ids_do_not_lie_on_each_other() {
+    let mut map = lane("road", Some("left"));
+    let lanelet = map.lanelets.get(LaneletId(21)).unwrap().clone();
+    for id in 100_000_000..100_000_060 {
+        map.lanelets.insert(Lanelet { id: LaneletId(id), ..lanelet.clone() });
+    }
+    let drawn = svg(&map, &[], &Options { ids: true, ..Options::default() }).unwrap();
+    let boxes: Vec<(f64, f64)> = drawn.split("<g class=\"id-turn\">").skip(1).map(pen_start).collect();
+    assert!((2..61).contains(&boxes.len()), "{} of 61 ids in 20 m", boxes.len());
+    for (i, a) in boxes.iter().enumerate() {
+        for b in &boxes[..i] {
+            assert!((a.1 - b.1).abs() > 9.0 || (a.0 - b.0).abs() > 60.0, "{a:?} and {b:?}");
+        }
+    }
+}
+
+/// Where the pen is set down first.
+fn pen_start(group: &str) -> (f64, f64) {
+    let path = group.split("d=\"M").nth(1).unwrap();
+    let mut numbers = path.split([' ', 'L', 'M']).map(|number| number.parse::<f64>().unwrap());
+    (numbers.next().unwrap(), numbers.next().unwrap())
+}

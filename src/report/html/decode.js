@@ -38,7 +38,7 @@ function offsets(counts) {
   return starts;
 }
 
-/** The map: columns by name, positions in metres, tags and lists by number. */
+/** The map: columns by name, positions in metres, tags and lists by number; `level` is missing where nothing passes over anything. */
 async function readMap(packed) {
   const bytes = await unpack(packed);
   const length = new DataView(bytes.buffer).getUint32(0, true);
@@ -53,11 +53,17 @@ async function readMap(packed) {
   const tagStart = offsets(columns['tags.count']);
   const map = {
     point: { id: columns['point.id'], tags: columns['point.tags'] },
-    line: { id: columns['line.id'], tags: columns['line.tags'], start: offsets(columns['line.count']), points: columns['line.points'] },
-    polygon: { id: columns['polygon.id'], tags: columns['polygon.tags'], start: offsets(columns['polygon.count']), points: columns['polygon.points'] },
+    line: {
+      id: columns['line.id'], tags: columns['line.tags'], start: offsets(columns['line.count']), points: columns['line.points'],
+      level: columns['line.level'],
+    },
+    polygon: {
+      id: columns['polygon.id'], tags: columns['polygon.tags'], start: offsets(columns['polygon.count']), points: columns['polygon.points'],
+      level: columns['polygon.level'],
+    },
     lanelet: {
       id: columns['lanelet.id'], tags: columns['lanelet.tags'], left: columns['lanelet.left'], right: columns['lanelet.right'],
-      start: offsets(columns['lanelet.count']), rules: columns['lanelet.rules'],
+      start: offsets(columns['lanelet.count']), rules: columns['lanelet.rules'], level: columns['lanelet.level'],
     },
     rule: {
       id: columns['rule.id'], tags: columns['rule.tags'], start: offsets(columns['rule.count']),

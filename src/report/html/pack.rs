@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::plane::Frame;
 use crate::lanelet::{Attributes, Bound, LaneletMap, PointId, Target};
+use crate::report::levels::Levels;
 
 /// Positions are kept to the millimetre, as whole numbers.
 pub const STEPS_PER_METRE: f64 = 1000.0;
@@ -25,6 +26,7 @@ pub fn pack(map: &LaneletMap, frame: &Frame) -> io::Result<Vec<u8>> {
     packer.ways(map);
     packer.lanelets(map);
     packer.regulatory_elements(map);
+    packer.levels(map);
     packer.finish()
 }
 
@@ -131,6 +133,17 @@ impl Packer {
         self.column("rule.tags", sets);
         for (name, values) in ["rule.count", "rule.role", "rule.kind", "rule.member"].into_iter().zip(members) {
             self.column(name, values);
+        }
+    }
+
+    /// What is shown above what: nothing is said of a map where nothing passes over anything.
+    fn levels(&mut self, map: &LaneletMap) {
+        let levels = Levels::of(map);
+        if levels.count() > 1 {
+            let whole = |levels: Vec<usize>| levels.into_iter().map(|level| level as i32);
+            self.column("line.level", whole(levels.lines));
+            self.column("polygon.level", whole(levels.polygons).chain(whole(levels.areas)));
+            self.column("lanelet.level", whole(levels.lanelets));
         }
     }
 

@@ -25,6 +25,19 @@ function* paint(context, frame, items, map, classes, colours) {
     return;
   }
   const polygons = byKind.polygon.map((number) => ({ number, colour: classes.polygon[map.polygon.tags[number]] }));
+  // A tunnel, with all that lies in it, before the street above it.
+  const levelOf = (kind, number) => map[kind].level?.[number] ?? 0;
+  const levels = new Set(Object.entries(byKind).flatMap(([kind, numbers]) => numbers.map((number) => levelOf(kind, number))));
+  for (const level of [...levels].sort((a, b) => a - b)) {
+    const here = (kind) => ({ number }) => levelOf(kind, number) === level;
+    const lines = byKind.line.filter((number) => levelOf('line', number) === level);
+    yield* paintLevel(pen, lanelets.filter(here('lanelet')), polygons.filter(here('polygon')), lines, classes, colours);
+  }
+}
+
+/** All that lies on one level. */
+function* paintLevel(pen, lanelets, polygons, lines, classes, colours) {
+  const { context, frame } = pen;
   for (const p of polygons) if (p.colour !== 'box') pen.fillPolygon(p.number, colours[p.colour]);
   for (const surface of ['unknown', 'walk', 'shoulder', 'bicycle', 'road']) {
     yield* surfaces(pen, lanelets.filter((l) => l.surface === surface), colours[surface], frame.css >= MIDDLE && colours.seam);
@@ -44,10 +57,10 @@ function* paint(context, frame, items, map, classes, colours) {
   yield* surfaces(pen, crossings, colours.crossing, null);
   if (frame.css >= MIDDLE) for (const l of crossings) zebra(pen, l.number, colours.zebra);
   yield;
-  yield* markings(pen, byKind.line, classes, colours);
+  yield* markings(pen, lines, classes, colours);
   if (frame.css >= FINE) {
     yield* arrows(pen, lanelets, colours);
-    signals(pen, byKind.line, classes, colours);
+    signals(pen, lines, classes, colours);
   }
 }
 
