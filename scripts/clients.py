@@ -49,7 +49,8 @@ def gdal(path: str, root: ET.Element) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for layer, key in [("lines", "osm_id"), ("multipolygons", "osm_way_id")]:
             out = Path(folder) / f"{layer}.json"
-            run("ogr2ogr", "-f", "GeoJSONSeq", str(out), path, layer)
+            # With fewer decimals GDAL's writer takes digits behind several zeros for noise: 139.7000002 becomes 139.7.
+            run("ogr2ogr", "-f", "GeoJSONSeq", "-lco", "COORDINATE_PRECISION=9", str(out), path, layer)
             for line in out.read_text().splitlines():
                 feature = json.loads(line)
                 found[feature["properties"][key]] = feature["geometry"]
@@ -65,7 +66,10 @@ def osmium(path: str, root: ET.Element) -> None:
     info = json.loads(run("osmium", "fileinfo", "-e", "-j", path))
     counts = {f"{kind}s": len(list(root.iter(kind))) for kind in ("node", "way", "relation")}
     same("elements that osmium reads", {kind: info["data"]["count"][kind] for kind in counts}, counts)
-    run("osmium", "check-refs", "-r", path)
+    # Fails on a node that is not there. `osmium check-refs` would tell of members of relations, too, but takes 4 MB of memory for
+    # nearly every id of ours, which are spread over the whole range.
+    with tempfile.TemporaryDirectory() as folder:
+        run("osmium", "add-locations-to-ways", path, "-o", str(Path(folder) / "placed.osm.pbf"))
 
 
 def simple_lanelet2(path: str, root: ET.Element) -> None:
@@ -76,15 +80,13 @@ def simple_lanelet2(path: str, root: ET.Element) -> None:
     subtypes = Counter(one.get("subtype") for one in tags if one.get("type") == "regulatory_element")
     found = Counter(one.attributes["subtype"] for one in loaded.regulatoryElementLayer)
     same("regulatory elements", found, subtypes)
+    relations = {relation.get("id"): relation for relation in root.iter("relation")}
     for element in loaded.regulatoryElementLayer:
         subtype = element.attributes["subtype"]
         expected = CLASSES.get(subtype)
         if expected:
             same(f"the class of {subtype} {element.id}", type(element).__name__, expected)
-        roles = Counter()
-        for relation in root.iter("relation"):
-            if relation.get("id") == str(element.id):
-                roles.update(member.get("role") for member in relation.iter("member"))
+        roles = Counter(member.get("role") for member in relations[str(element.id)].iter("member"))
         same(f"members of {subtype} {element.id}", {r: len(v) for r, v in element.parameters.items() if len(v)}, dict(roles))
 
 

@@ -38,7 +38,7 @@ pub struct Fault {
     pub meaning: String,
     /// How a map maker mends it, in one sentence; shown as help under every finding.
     pub help: String,
-    /// Whether `fix` mends it: `safe`, `with a look`, or `never:` and why. Every fault of a map has it.
+    /// Whether `fix` mends it: `safe`, `needs review`, or `never:` and why. Every fault of a map has it.
     #[serde(default, skip_serializing)]
     pub fix: Option<String>,
     /// What a fix that needs a look takes for granted, in one sentence.

@@ -4,12 +4,12 @@
 //! names or behind a link stays what it is and gets the content. What is no file is written into. Several files are put into their
 //! places together: a run that is killed meanwhile is completed by the next one (`marker.rs`).
 
+mod failures;
 mod kept;
 mod lock;
 mod marker;
 mod place;
 mod step;
-mod told;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 
 use crate::report::failure::Failure;
 
+use failures::{failed, is_a_directory, within};
+pub(super) use failures::{parent, there_already};
 pub use kept::Was;
 pub(super) use lock::Aside;
 use lock::{Alone, sweep};
@@ -25,8 +27,6 @@ pub use marker::complete;
 use place::Place;
 pub use place::{is_link, is_stdout};
 use step::{How, Item, Step};
-use told::{failed, is_a_directory, within};
-pub(super) use told::{parent, there_already};
 
 /// Writes one file, whole or not at all.
 pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {

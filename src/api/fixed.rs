@@ -45,16 +45,17 @@ pub struct Fixed {
 
 /// A `map_projector_info.yaml` to be written beside a map.
 #[derive(Clone, Debug)]
-struct ProjectorFile {
+pub(super) struct ProjectorFile {
     path: PathBuf,
     source: Source,
-    projector: Projector,
+    /// What it names.
+    pub(super) projector: Projector,
 }
 
 impl ProjectorFile {
     /// The one that a map lacks: with the projector that its coordinates tell, or with the MGRS square to which Autoware falls back. Heights
     /// are taken to be from the ellipsoid, as Autoware does: that is why it needs a look.
-    fn missing(map: &Loaded) -> Option<Self> {
+    pub(super) fn missing(map: &Loaded) -> Option<Self> {
         let needed = map.faults.iter().find_map(|fault| match fault.condition {
             Condition::ProjectorInfo(InfoFault::Missing { needed, .. }) => Some(needed.unwrap_or(map.projector)),
             _ => None,
@@ -65,13 +66,27 @@ impl ProjectorFile {
         Some(Self { path, source, projector: needed })
     }
 
-    fn info(&self) -> ProjectorInfo {
+    pub(super) fn info(&self) -> ProjectorInfo {
         ProjectorInfo::of(&self.path, &self.source.text)
+    }
+
+    /// What writing it does, in one line.
+    pub(super) fn title(&self) -> String {
+        format!("write {INFO}: {}", self.projector)
+    }
+
+    pub(super) fn edited(&self) -> EditedFile {
+        EditedFile { path: Some(self.path.clone()), source: self.source.clone(), was: None }
+    }
+
+    pub(super) fn diff(&self) -> String {
+        let name = &self.source.name;
+        unified_diff([name, name], ["", &self.source.as_written()])
     }
 }
 
 /// The finding that the file mends.
-const PROJECTOR_MISSING: &str = "projector/missing";
+pub(super) const PROJECTOR_MISSING: &str = "projector/missing";
 
 impl Fixed {
     /// Mends a map.
@@ -114,8 +129,8 @@ impl Fixed {
         let info = file.info();
         let judge = MapJudge::telling(&loaded, &file.projector, &info, tell).knowing(baseline);
         let mut mended = mended_by(&loaded, scope, judge)?;
-        let title = format!("write {INFO}: {}", file.projector);
-        mended.made_first(Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title }, severity);
+        let (code, title) = (PROJECTOR_MISSING.to_owned(), file.title());
+        mended.made_first(Mend { code, subject: Subject::Map, title }, severity);
         Ok(Self { loaded, mended, projector_file: Some(file) })
     }
 
@@ -127,21 +142,17 @@ impl Fixed {
 
     /// A unified diff of every file that changed; empty where none did.
     pub fn diff(&self) -> String {
-        self.changed()
-            .map(|(old, new)| (&old.name, old.as_written(), new))
-            .chain(self.projector_file.iter().map(|file| (&file.source.name, String::new(), &file.source)))
-            .map(|(name, old, new)| unified_diff([name, &new.name], [&old, &new.as_written()]))
-            .collect()
+        let of_map = self.changed().map(|(old, new)| {
+            let texts = [old, new].map(Source::as_written);
+            unified_diff([&old.name, &new.name], [&texts[0], &texts[1]])
+        });
+        of_map.chain(self.projector_file.iter().map(ProjectorFile::diff)).collect()
     }
 
     /// The changes to the files, to be written now or later.
     pub fn edits(&self) -> Edits {
         let mut edits = Edits::between(&self.loaded, &self.mended.osm);
-        edits.files.extend(self.projector_file.iter().map(|file| EditedFile {
-            path: Some(file.path.clone()),
-            source: file.source.clone(),
-            was: None,
-        }));
+        edits.files.extend(self.projector_file.iter().map(ProjectorFile::edited));
         edits
     }
 

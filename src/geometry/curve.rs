@@ -27,7 +27,7 @@ pub fn held(from: Pose, to: Pose, [before, after]: [f64; 2]) -> Vec<Pose> {
 ///
 /// `over` are the lengths over crosswalks, which do not widen the arc. In a large intersection a turn goes straight on for longer,
 /// too. `None` where the curve has no single arc, hardly turns, or would bend too tightly.
-pub fn turn_leads(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
+pub fn straight_ends(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
     /// A smaller change of direction, degrees, is no turn.
     const LEAST_TURN: f64 = 40.0;
     /// A turn keeps this radius, metres, where it has it without straight lines, ...
@@ -42,15 +42,15 @@ pub fn turn_leads(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
     let full = radius([0.0; 2]);
     let least = full.min(LEAST_RADIUS).max(LEAST_SHARE * full);
     let shares = [1.0, 0.75, 0.5, 0.25, 0.0].map(|share| over.map(|length| length * share));
-    let leads = shares.into_iter().find(|leads| radius(*leads) >= least)?;
-    let more = if radius(leads) > LARGE_RADIUS {
-        let tangent = (before - leads[0]).min(after - leads[1]);
-        tangent * (1.0 - LARGE_SHARE.max(LARGE_RADIUS / radius(leads)))
+    let straights = shares.into_iter().find(|straights| radius(*straights) >= least)?;
+    let more = if radius(straights) > LARGE_RADIUS {
+        let tangent = (before - straights[0]).min(after - straights[1]);
+        tangent * (1.0 - LARGE_SHARE.max(LARGE_RADIUS / radius(straights)))
     } else {
         0.0
     };
-    let leads = leads.map(|lead| lead + more);
-    (turn.abs() > LEAST_TURN.to_radians() && leads != [0.0; 2]).then_some(leads)
+    let straights = straights.map(|length| length + more);
+    (turn.abs() > LEAST_TURN.to_radians() && straights != [0.0; 2]).then_some(straights)
 }
 
 /// The radius of the arc of [`join`], metres; `None` if it has no single arc.
@@ -248,23 +248,23 @@ mod tests {
     #[test]
     fn turns_go_straight_on_over_crosswalks_and_in_large_intersections() {
         let right_angle = |size: f64| (pose(0.0, -size, 90.0), pose(-size, 0.0, 180.0));
-        let leads = |size: f64, over| {
+        let straights = |size: f64, over| {
             let (from, to) = right_angle(size);
-            turn_leads(from, to, over)
+            straight_ends(from, to, over)
         };
-        assert_eq!(leads(15.0, [0.0; 2]), None);
+        assert_eq!(straights(15.0, [0.0; 2]), None);
         // All of the crosswalk, three quarters of it where only then two thirds of the radius are left, nothing where the turn is tight.
-        assert_eq!(leads(15.0, [5.0, 3.0]), Some([5.0, 3.0]));
-        assert_eq!(leads(10.0, [4.0, 4.0]), Some([3.0, 3.0]));
-        assert_eq!(leads(6.0, [4.0, 0.0]), None);
+        assert_eq!(straights(15.0, [5.0, 3.0]), Some([5.0, 3.0]));
+        assert_eq!(straights(10.0, [4.0, 4.0]), Some([3.0, 3.0]));
+        assert_eq!(straights(6.0, [4.0, 0.0]), None);
         // Far beyond 20 m the arc is 0.63 of what it could be.
-        let more = leads(40.0, [0.0; 2]).unwrap()[0];
+        let more = straights(40.0, [0.0; 2]).unwrap()[0];
         assert!((more - 40.0 * 0.37).abs() < 1e-9, "{more}");
         let (from, to) = right_angle(15.0);
         let curve = held(from, to, [5.0, 3.0]);
         assert!((radius(&curve) - 10.0).abs() < 0.1 && curve[1].point.x.abs() < 1e-9);
         // Straight on there is no arc.
-        assert_eq!(turn_leads(pose(0.0, 0.0, 90.0), pose(0.0, 30.0, 90.0), [5.0, 5.0]), None);
+        assert_eq!(straight_ends(pose(0.0, 0.0, 90.0), pose(0.0, 30.0, 90.0), [5.0, 5.0]), None);
     }
 
     #[test]

@@ -48,16 +48,16 @@ pub struct RankedMovement {
 /// is asked of two movements, by their position.
 pub fn yields(
     x: usize,
-    movers: &[RankedMovement],
+    ranked: &[RankedMovement],
     conflicts: &[usize],
     relation: impl Fn(usize, usize) -> Relation,
 ) -> Vec<usize> {
-    let me = &movers[x];
+    let me = &ranked[x];
     conflicts
         .iter()
         .copied()
         .filter(|&y| {
-            let other = &movers[y];
+            let other = &ranked[y];
             let relation = relation(x, y);
             if me.signalised { ignores_by_signal(me, other, relation) } else { ignores_by_rank(me, other, relation) }
         })
@@ -105,5 +105,5 @@ pub fn opposites(inward: &[Option<Vector>], most: f64) -> Vec<Option<usize>> {
 }
 
 #[cfg(test)]
-#[path = "right_of_way_tables.rs"]
+#[path = "yield_tables.rs"]
 mod tables;

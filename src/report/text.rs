@@ -145,7 +145,7 @@ fn how_fixed(members: &[&Diagnostic]) -> Option<String> {
         return Some(format!("{}{look}", visible(&fix.title)));
     }
     let (safe, others) = fixes(members.iter().copied());
-    let parts = [(safe, "safely"), (others, "with a look (--unsafe)")];
+    let parts = [(safe, "safely"), (others, "needs review (--unsafe)")];
     let parts: Vec<String> = parts.iter().filter(|(n, _)| *n > 0).map(|(n, how)| format!("{n} {how}")).collect();
     (!parts.is_empty()).then(|| parts.join(", "))
 }

@@ -40,7 +40,7 @@ mod pictures;
 mod planner;
 mod projector;
 mod redrawn_area;
-mod right_of_way;
+mod right_of_way_element;
 mod road_borders;
 mod roundabout;
 mod side_lane;

@@ -37,7 +37,7 @@ fn arrows(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec
             let mut others = elements.iter().filter(|(other, _)| **other != id).map(|(_, ruled)| ruled).peekable();
             let alone = others.peek().is_none();
             let shared = others.any(|other| other.lights.iter().any(|light| own.lights.contains(light)));
-            let turns = own.movements.iter().all(|&x| traffic.movements[x].mover.turn != Turn::Straight);
+            let turns = own.movements.iter().all(|&x| traffic.movements[x].ranked.turn != Turn::Straight);
             let said = own.movements.iter().all(|&x| traffic.has_phase(x));
             if alone || shared || !turns || said {
                 continue;

@@ -96,7 +96,7 @@ fn judge(map: &MapIndex, params: &Params, traffic: &Traffic, guide: &Guide) -> V
         findings.push(finding.at(Place::Point(best.off.1)));
     }
     for other in &candidates {
-        let same_turn = other.movement.mover.turn == best.movement.mover.turn && other.side == best.side;
+        let same_turn = other.movement.ranked.turn == best.movement.ranked.turn && other.side == best.side;
         if same_turn && other.lane.start.ids == best.lane.start.ids && other.lane.id != best.lane.id {
             findings.extend(early_divergence(params, guide, best, other));
         }

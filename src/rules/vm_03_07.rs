@@ -78,7 +78,7 @@ fn judge(
         let finding = about("overlap", message).measured(overlap, params.overlap[0], "m2").at(place);
         return Some(finding.graded(if severe { Severity::Error } else { Severity::Warning }));
     }
-    let beside = a.end.ids[1] == b.end.ids[0] && left.to == right.to && left.mover.turn == right.mover.turn;
+    let beside = a.end.ids[1] == b.end.ids[0] && left.to == right.to && left.ranked.turn == right.ranked.turn;
     if !beside || a.bounds[1] == b.bounds[0] {
         return None;
     }

@@ -5,7 +5,7 @@ use crate::lanelet::index::{MapIndex, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
 use super::NoParams;
-use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::right_of_way_element::{Judged, ruled_by_signal, wiring};
 use super::virtual_light::is_coordinated;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
@@ -13,11 +13,11 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = wiring(map, |id| ruled_by_signal(map, id) && !is_coordinated(map, id));
     let wanted = |traffic: &Traffic, x: usize| {
         let movement = &traffic.movements[x];
-        movement.mover.signalised && !is_coordinated(map, map.lanes[movement.lane].id)
+        movement.ranked.signalised && !is_coordinated(map, map.lanes[movement.lane].id)
     };
     for judged in Judged::all(map, wanted) {
         findings.extend(judged.multi_re());
-        if judged.traffic.movements[judged.x].mover.turn == Turn::Straight {
+        if judged.traffic.movements[judged.x].ranked.turn == Turn::Straight {
             findings.extend(straight_re(&judged));
             continue;
         }
@@ -68,12 +68,12 @@ fn yield_missing(judged: &Judged) -> Vec<Finding> {
 
 /// Oncoming traffic that is green together with a far turn goes first; the turn must not be told to ignore it.
 fn yield_unsafe(judged: &Judged) -> Vec<Finding> {
-    let me = judged.traffic.movements[judged.x].mover;
+    let me = judged.traffic.movements[judged.x].ranked;
     let mut findings = Vec::new();
     for &y in &judged.ignored {
         let Some(at) = judged.traffic.of_lane(y) else { continue };
         let together = judged.traffic.relation(judged.x, at) == Relation::InPhase;
-        let first = judged.traffic.movements[at].mover.turn != Turn::Far;
+        let first = judged.traffic.movements[at].ranked.turn != Turn::Far;
         if me.turn != Turn::Far || !together || !first || !judged.conflict(y).is_some_and(|conflict| conflict.real) {
             continue;
         }

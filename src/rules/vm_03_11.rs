@@ -5,7 +5,7 @@ use crate::lanelet::index::{Intersection, MapIndex, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
 use super::NoParams;
-use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::right_of_way_element::{Judged, ruled_by_signal, wiring};
 use super::virtual_light::is_coordinated;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
@@ -26,7 +26,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
 
 /// `priority` or `minor`, as far as it is known.
 fn rank(judged: &Judged) -> &'static str {
-    match judged.traffic.movements[judged.x].mover.priority {
+    match judged.traffic.movements[judged.x].ranked.priority {
         Some(true) => "Priority",
         Some(false) => "Minor",
         None => "Equal-rank",
@@ -59,7 +59,7 @@ fn yield_missing(judged: &Judged) -> Vec<Finding> {
 fn wrongly_ignored(judged: &Judged, y: usize) -> Option<Finding> {
     let Judged { map, traffic, x, .. } = *judged;
     let at = traffic.of_lane(y)?;
-    let (me, other) = (traffic.movements[x].mover, traffic.movements[at].mover);
+    let (me, other) = (traffic.movements[x].ranked, traffic.movements[at].ranked);
     let relation = traffic.relation(x, at);
     let (due, mutual) = (judged.due.contains(&y), mutual(judged, y));
     if !judged.conflict(y)?.real || relation == Relation::Same || (due && !mutual) {

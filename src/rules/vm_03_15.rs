@@ -170,7 +170,7 @@ fn yields(map: &MapIndex, at: usize) -> Vec<Finding> {
         let Some(x) = traffic.of_lane(conflict.other) else { continue };
         let turn = traffic.movements[x];
         let real = map.conflicts[turn.lane].iter().any(|back| back.other == at && back.real);
-        let crosses = turn.mover.turn == Turn::Near && traffic.relation(x, y) == Relation::Same && real;
+        let crosses = turn.ranked.turn == Turn::Near && traffic.relation(x, y) == Relation::Same && real;
         if !crosses || !map.lanes[turn.lane].vehicle || map.ignored(turn.lane).binary_search(&at).is_ok() {
             continue;
         }

@@ -6,7 +6,7 @@ use crate::lanelet::RegulatoryElement;
 use crate::lanelet::index::MapIndex;
 
 use super::NoParams;
-use super::right_of_way::{Judged, wiring};
+use super::right_of_way_element::{Judged, wiring};
 use super::virtual_light::is_coordinated;
 use crate::lanelet::index::thresholds;
 

@@ -75,6 +75,29 @@ impl Page {
         assert_eq!(self.number("rejected"), 2);
     }
 
+    /// Looks at an element, until the map has come to rest.
+    fn choose(&self, id: &str) {
+        self.browser.run(&format!("location.hash = '#id={id}'"));
+        self.browser.wait("document.querySelector('#hand')");
+        std::thread::sleep(std::time::Duration::from_millis(900));
+    }
+
+    /// The nodes that can be dragged, with their places in the window.
+    fn handles(&self) -> Vec<(String, [f64; 2])> {
+        self.browser.wait("document.getElementById('map').dataset.handles");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let map = self
+            .browser
+            .value("(({ left, top }) => [left, top])(document.getElementById('map').getBoundingClientRect())");
+        let [left, top] = [0, 1].map(|at| map[at].as_f64().unwrap());
+        let read = |one: &str| {
+            let parts: Vec<&str> = one.split(' ').collect();
+            let [x, y] = [1, 2].map(|at| parts[at].parse::<f64>().unwrap());
+            (parts[0].to_owned(), [x + left, y + top])
+        };
+        data(&self.browser, "map", "handles").split(", ").map(read).collect()
+    }
+
     /// Has a lanelet no longer give way to another, on the card of that.
     fn take_a_yield(&self, text: &str) {
         let browser = &self.browser;
@@ -164,6 +187,49 @@ fn a_review_ends_in_a_map() {
     let checked = lanewright(dir.path(), &["check", "map.osm", "--isolated", "--baseline", "baseline.json"]);
     assert!(checked.stdout.contains(&format!("{} known from the baseline", known.len())), "{}", checked.stdout);
     assert!(checked.stdout.contains(": the sign stands on the other side"), "{}", checked.stdout);
+}
+
+/// The id of the first area of an intersection.
+fn intersection_area(text: &str) -> String {
+    let is_area = |way: &&str| way.split("</way>").next().unwrap().contains("v=\"intersection_area\"");
+    let way = text.split("<way id=\"").skip(1).find(is_area).unwrap();
+    way.split('"').next().unwrap().to_owned()
+}
+
+#[test]
+fn nodes_are_dragged_by_hand() {
+    let Some(page) = Page::open(DESKTOP) else { return };
+    let Page { browser, file, .. } = &page;
+    let before = fs::read_to_string(file).unwrap();
+
+    // A vertex of an area goes where it is let go.
+    page.choose(&intersection_area(&before));
+    let handles = page.handles();
+    let far = |one: &(String, [f64; 2])| {
+        let gap = |other: &(String, [f64; 2])| (other.1[0] - one.1[0]).hypot(other.1[1] - one.1[1]);
+        handles.iter().filter(|other| other.0 != one.0).map(gap).fold(f64::INFINITY, f64::min)
+    };
+    let (node, [x, y]) = handles.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap().clone();
+    let said = page.said(|| browser.drag([x, y], [x + 31.0, y - 33.0], None));
+    assert!(said.starts_with(&format!("edited: vertex {node}")), "{said}");
+    let (_, now) = page.handles().into_iter().find(|(id, _)| *id == node).unwrap();
+    assert!((now[0] - x - 31.0).abs() < 2.0 && (now[1] - y + 33.0).abs() < 2.0, "{x} {y} to {now:?}");
+    browser.picture("review-vertex.png");
+    page.said(|| browser.press("u"));
+    assert_eq!(page.pane("unsaved"), "");
+
+    // An end of a bound becomes the node that it is let fall onto; on nothing it stays where it is.
+    page.choose(&lanelet_with_yield(&before));
+    let ends = page.handles();
+    let ([from, onto], [[x, y], there]) = ([&ends[0].0, &ends[2].0], [ends[0].1, ends[2].1]);
+    browser.drag([x, y], there, None);
+    browser.wait("document.getElementById('pane-review').dataset.unsaved");
+    assert_eq!(page.pane("said").split(" (").next().unwrap(), format!("edited: node {from} becomes node {onto}"));
+    let said = page.said(|| browser.press("w"));
+    assert!(said.starts_with("saved"), "{said}");
+    let after = fs::read_to_string(file).unwrap();
+    assert!(!after.contains(&format!("<node id=\"{from}\"")) && after.contains(&format!("<node id=\"{onto}\"")));
+    at_peace(browser);
 }
 
 /// A lanelet of which a right of way lets others give way.

@@ -23,7 +23,7 @@ fn hostile(map: &str) -> String {
 }
 
 #[test]
-fn a_page_follows_its_file_and_shows_ghosts() {
+fn a_page_follows_its_file_and_shows_fix_previews() {
     let Some(browser) = Browser::start(DESKTOP.0, DESKTOP.1) else { return };
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("a <b> & 'c'.osm");
@@ -32,20 +32,20 @@ fn a_page_follows_its_file_and_shows_ghosts() {
     let server = Server::start(&root(), &[file.to_str().unwrap()]);
     browser.visit(&server.url);
     browser.run("window.kept = 'the page was not loaded again'");
-    browser.wait("Number(document.getElementById('map').dataset.ghosts) > 0");
+    browser.wait("Number(document.getElementById('map').dataset.fixPreviews) > 0");
     browser.wait("document.getElementById('list').dataset.count !== '0'");
     assert_eq!(browser.value("document.getElementById('title').textContent"), json!("a <b> & 'c'.osm"));
 
     // The finding says what its fix would change.
     browser
         .run("[...document.querySelectorAll('.row')].find((r) => r.textContent.includes('lane-node-missing')).click()");
-    browser.wait("document.querySelector('.card .ghosts')");
-    let says = browser.value("document.querySelector('.card .ghosts').textContent");
+    browser.wait("document.querySelector('.card .fix-previews')");
+    let says = browser.value("document.querySelector('.card .fix-previews').textContent");
     assert!(says.as_str().unwrap().contains("polygon 150"), "{says}");
     std::thread::sleep(std::time::Duration::from_millis(700));
-    browser.picture("view-ghosts.png");
+    browser.picture("view-fix-previews.png");
     browser.press("g");
-    browser.wait("document.getElementById('map').dataset.ghosts === '0'");
+    browser.wait("document.getElementById('map').dataset.fixPreviews === '0'");
     browser.press("g");
 
     // Mended by somebody: the finding goes, the page stays.
@@ -79,7 +79,7 @@ fn a_phone_shows_a_served_page() {
     let server = Server::start(&root(), &["--unsafe", file.to_str().unwrap()]);
     browser.visit(&server.url);
     browser.wait(
-        "document.getElementById('map').dataset.painted && Number(document.getElementById('map').dataset.ghosts) > 0",
+        "document.getElementById('map').dataset.painted && Number(document.getElementById('map').dataset.fixPreviews) > 0",
     );
     browser.picture("view-phone.png");
     assert_eq!(browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));

@@ -147,7 +147,7 @@ fn a_dragged_node_changes_every_stage_and_can_be_undone() {
     assert!(edit.as_str().unwrap().starts_with("node 6 to 47.99"), "{edit}");
     let after = shop.canvas();
     assert_ne!(before, after);
-    let says = browser.value("document.getElementById('bench-state').textContent");
+    let says = browser.value("document.getElementById('editor-state').textContent");
     assert!(says.as_str().unwrap().starts_with("Built in "), "{says}");
     browser.press("7");
     browser.wait("document.getElementById('map').dataset.stage === 'movements'");

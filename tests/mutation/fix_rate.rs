@@ -74,7 +74,7 @@ const LOST: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "the shape is gone; a person has to draw it",
+        "a person has to draw the right shape",
         &[
             "move a node of a curve 0.4 m sideways",
             "let a bound bulge by half a lane",
@@ -108,7 +108,7 @@ const LOST: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "one thing too many, and no machine knows whether it stands there",
+        "only the street tells whether it is there",
         &[
             "put a walkway onto a crosswalk",
             "make a walkway for bicycles of a crosswalk",

@@ -10,11 +10,11 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::failures::failed;
 use super::kept::Stamp;
 use super::lock::{Alone, Aside, swept_name};
 use super::place::Place;
 use super::step::{How, Step, into_file, kept_in};
-use super::told::failed;
 use crate::report::failure::Failure;
 
 /// The folder of the drafts while they are put into their places.

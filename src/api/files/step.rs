@@ -4,9 +4,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek};
 use std::path::{Path, PathBuf};
 
+use super::failures::{changed_meanwhile, failed, is_a_directory, read_only, there_already, within};
 use super::kept::{Stamp, Was, has_other_names, is_writable, keep};
 use super::place::Place;
-use super::told::{changed_meanwhile, failed, is_a_directory, read_only, there_already, within};
 use crate::report::failure::Failure;
 
 /// A file or folder of a draft.

@@ -2,8 +2,8 @@
 //! written before that. The page of `view --review` and `fix --interactive` are two faces of it.
 
 mod hand_edit;
+mod inputs;
 mod item;
-mod known;
 mod preview;
 mod save;
 mod step;
@@ -16,10 +16,11 @@ use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::diagnostic::{Diagnostic, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
 use crate::fix::{Mend, applied, mend_chosen, new_findings};
-use crate::lanelet::{LaneletMap, from_osm};
+use crate::lanelet::{INFO, LaneletMap, ProjectorInfo, from_osm};
 use crate::osm::OsmData;
+use crate::projection::Projector;
 use crate::report::Report;
 use crate::report::failure::Failure;
 use crate::triage::{Baseline, Sorted};
@@ -27,7 +28,7 @@ use crate::triage::{Baseline, Sorted};
 use super::checked::with_report;
 use super::config::Configuration;
 use super::error::Error;
-use super::fixed::{fix_failure, unreadable};
+use super::fixed::{PROJECTOR_MISSING, ProjectorFile, fix_failure, unreadable};
 use super::judge::MapJudge;
 use super::load::{self, Loaded};
 pub use hand_edit::{HELP, HandEdit};
@@ -56,6 +57,8 @@ pub struct Review {
     options: ReviewOptions,
     /// The map as its files have it.
     loaded: Loaded,
+    /// The projector's file that is not beside the map; writing it is proposed as a fix.
+    missing: Option<ProjectorFile>,
     baseline_file: PathBuf,
     /// What was known when the review began.
     baseline: Baseline,
@@ -77,6 +80,8 @@ struct State {
     osm: Arc<OsmData>,
     map: Arc<LaneletMap>,
     left: Arc<Vec<Diagnostic>>,
+    /// Whether the projector's file that was missing is to be written.
+    with_projector_file: bool,
     decisions: BTreeMap<usize, Decision>,
     steps: Vec<Step>,
 }
@@ -85,6 +90,7 @@ struct State {
 struct Outcome {
     osm: Arc<OsmData>,
     left: Arc<Vec<Diagnostic>>,
+    with_projector_file: bool,
     made: Vec<Mend>,
     refused: Vec<(Mend, String)>,
 }
@@ -102,10 +108,10 @@ impl Review {
     /// Where the map, the baseline or settings cannot be read, or the map is divided or packed: such files are not edited.
     pub fn open(options: ReviewOptions) -> Result<Self, Error> {
         let loaded = Loaded::read(options.map.as_path(), &options.configuration)?;
-        known::editable(&loaded)?;
+        inputs::editable(&loaded)?;
         let baseline_file = options.baseline.clone().unwrap_or_else(|| load::home(&options.map).join(BASELINE));
         let baseline = match options.baseline.is_some() || baseline_file.is_file() {
-            true => known::read(&baseline_file)?,
+            true => inputs::read(&baseline_file)?,
             false => Baseline::default(),
         };
         let judge = MapJudge::telling(&loaded, &loaded.projector, &loaded.info, &|_, _| {}).knowing(Some(&baseline));
@@ -114,11 +120,13 @@ impl Review {
             osm: Arc::new(loaded.osm.clone()),
             map: Arc::new(loaded.map.clone()),
             left: Arc::new(left),
+            with_projector_file: false,
             decisions: BTreeMap::new(),
             steps: Vec::new(),
         };
         let mut review = Self {
             options,
+            missing: ProjectorFile::missing(&loaded),
             first: counts(&now.left),
             loaded,
             baseline_file,
@@ -134,14 +142,35 @@ impl Review {
         Ok(review)
     }
 
-    fn judge(&self) -> MapJudge<'_> {
-        let Loaded { projector, info, .. } = &self.loaded;
+    /// The projector with which the map is read, and what is known of its file.
+    fn plane(&self, with_projector_file: bool) -> (Projector, ProjectorInfo) {
+        match self.missing.as_ref().filter(|_| with_projector_file) {
+            Some(file) => (file.projector, file.info()),
+            None => (self.loaded.projector, self.loaded.info.clone()),
+        }
+    }
+
+    fn projector(&self) -> Projector {
+        self.plane(self.now.with_projector_file).0
+    }
+
+    fn judge<'a>(&'a self, (projector, info): &'a (Projector, ProjectorInfo)) -> MapJudge<'a> {
         MapJudge::telling(&self.loaded, projector, info, &|_, _| {}).knowing(Some(&self.baseline))
+    }
+
+    /// The fixes that the present findings propose; the file that is missing is one of them.
+    fn proposed(&self) -> Vec<Item> {
+        let file = self.missing.as_ref().filter(|_| !self.now.with_projector_file);
+        let mut found = self.now.left.as_ref().clone();
+        for one in found.iter_mut().filter(|one| one.code == PROJECTOR_MISSING) {
+            one.finding.fix = file.map(|file| Fix { title: file.title(), safe: false, edits: Vec::new() });
+        }
+        item::of(&found)
     }
 
     /// Notes the fixes that the present findings propose: those that were not there before come last.
     fn list(&mut self) {
-        for item in item::of(&self.now.left) {
+        for item in self.proposed() {
             let known = item.mends.iter().find_map(|mend| self.by_mend.get(mend).copied());
             let at = known.unwrap_or(self.items.len());
             self.by_mend.extend(item.mends.iter().map(|mend| (mend.clone(), at)));
@@ -164,8 +193,7 @@ impl Review {
 
     /// The fixes that can be made in the map as it is now and are neither accepted nor rejected.
     pub fn open_items(&self) -> Vec<usize> {
-        let proposed: FxHashSet<usize> = item::of(&self.now.left)
-            .iter()
+        let proposed: FxHashSet<usize> = (self.proposed().iter())
             .filter_map(|item| item.mends.iter().find_map(|mend| self.by_mend.get(mend).copied()))
             .collect();
         let is_open = |at: &usize| matches!(self.decision(*at), None | Some(Decision::Later));
@@ -208,21 +236,33 @@ impl Review {
     pub fn with_report<T>(&self, show: impl FnOnce(&Report<'_>) -> T) -> T {
         let left = self.now.left.as_ref().clone();
         let sorted = Sorted { left, known: self.baseline.len(), ..Sorted::default() };
-        let Loaded { projector, settings, .. } = &self.loaded;
-        with_report((&self.now.osm, &self.now.map), (projector, settings), &sorted, show)
+        let (projector, settings) = (self.projector(), &self.loaded.settings);
+        with_report((&self.now.osm, &self.now.map), (&projector, settings), &sorted, show)
     }
 
-    /// What comes of some fixes in the map as it is now.
+    /// What comes of some fixes in the map as it is now. A file that is missing comes first: the others are judged with it.
     fn outcome(&self, items: &[usize]) -> Result<Outcome, Error> {
         let mends = items.iter().filter_map(|&at| self.items.get(at)).flat_map(|item| &item.mends);
-        let chosen: FxHashSet<Mend> = mends.cloned().collect();
+        let (of_file, chosen): (Vec<Mend>, Vec<Mend>) = mends.cloned().partition(|mend| mend.code == PROJECTOR_MISSING);
         let State { osm, left, .. } = &self.now;
-        let mended =
-            mend_chosen(osm.as_ref().clone(), left.as_ref().clone(), chosen, self.judge()).map_err(fix_failure)?;
+        let with_projector_file = self.now.with_projector_file || !of_file.is_empty();
+        let plane = self.plane(with_projector_file);
+        let left = match of_file.is_empty() {
+            true => Arc::clone(left),
+            false => Arc::new(crate::fix::Judge::whole(&self.judge(&plane), osm)?),
+        };
+        if chosen.is_empty() {
+            let (osm, made, refused) = (Arc::clone(osm), of_file, Vec::new());
+            return Ok(Outcome { osm, left, with_projector_file, made, refused });
+        }
+        let chosen = chosen.into_iter().collect();
+        let mended = mend_chosen(osm.as_ref().clone(), left.as_ref().clone(), chosen, self.judge(&plane))
+            .map_err(fix_failure)?;
         Ok(Outcome {
             osm: Arc::new(mended.osm),
             left: Arc::new(mended.left),
-            made: mended.done,
+            with_projector_file,
+            made: of_file.into_iter().chain(mended.done).collect(),
             refused: mended.refused,
         })
     }
@@ -271,7 +311,7 @@ impl Review {
         let mends = made.iter().filter_map(|&at| self.items.get(at)).flat_map(|item| item.mends.clone()).collect();
         let step = Step::Accept { mends, words };
         let refused = items.len() - made.len();
-        let told = self.change((Arc::clone(&outcome.osm), Arc::clone(&outcome.left)), decisions, step);
+        let told = self.change(&outcome, decisions, step);
         Ok(if refused > 0 { format!("{told}; {refused} not made, because they do harm or mend nothing") } else { told })
     }
 
@@ -322,10 +362,11 @@ impl Review {
     ///
     /// Where it cannot be made, or the map would not load in Autoware any more.
     pub fn edit(&mut self, edit: &HandEdit) -> Result<String, Failure> {
-        let fix = edit.fix(&self.now.map, &self.now.osm, &self.loaded.projector)?;
+        let plane = self.plane(self.now.with_projector_file);
+        let fix = edit.fix(&self.now.map, &self.now.osm, &plane.0)?;
         let osm = applied(&self.now.osm, &fix).map_err(|error| unreadable(&error))?;
         let osm = osm.ok_or_else(|| Failure::new(format!("cannot be made: {}", fix.title)))?;
-        let left = crate::fix::Judge::whole(&self.judge(), &osm)?;
+        let left = crate::fix::Judge::whole(&self.judge(&plane), &osm)?;
         let breaks = |one: &&&Diagnostic| one.code.starts_with("load/") && one.severity == Severity::Error;
         let broken = new_findings(&self.now.left, &left);
         let broken = broken.iter().find(breaks);
@@ -333,22 +374,21 @@ impl Review {
             return Err(Failure::new(format!("not made, the map would not load: {}", broken.finding.message)));
         }
         let (decisions, step) = (self.now.decisions.clone(), Step::Edit(edit.clone()));
-        Ok(self.change((Arc::new(osm), Arc::new(left)), decisions, step))
+        let with_projector_file = self.now.with_projector_file;
+        let (osm, left, made, refused) = (Arc::new(osm), Arc::new(left), Vec::new(), Vec::new());
+        Ok(self.change(&Outcome { osm, left, with_projector_file, made, refused }, decisions, step))
     }
 
     /// Takes another state of the map; says what that changes in the findings.
-    fn change(
-        &mut self,
-        (osm, left): (Arc<OsmData>, Arc<Vec<Diagnostic>>),
-        decisions: BTreeMap<usize, Decision>,
-        step: Step,
-    ) -> String {
+    fn change(&mut self, outcome: &Outcome, decisions: BTreeMap<usize, Decision>, step: Step) -> String {
+        let Outcome { osm, left, with_projector_file, .. } = outcome;
+        let (osm, left, with_projector_file) = (Arc::clone(osm), Arc::clone(left), *with_projector_file);
         let [before, after] = [counts(&self.now.left), counts(&left)];
-        let map = Arc::new(from_osm(&osm, &self.loaded.projector).map);
+        let map = Arc::new(from_osm(&osm, &self.plane(with_projector_file).0).map);
         let mut steps = self.now.steps.clone();
         let words = step.to_string();
         steps.push(step);
-        let next = State { osm, map, left, decisions, steps };
+        let next = State { osm, map, left, with_projector_file, decisions, steps };
         self.past.push(std::mem::replace(&mut self.now, next));
         self.forget_far_past();
         self.tried.clear();
@@ -381,7 +421,12 @@ impl Review {
     ///
     /// Where there is none.
     pub fn undo(&mut self) -> Result<String, Failure> {
-        let before = self.past.pop().ok_or_else(|| Failure::new("there is nothing to undo"))?;
+        let nothing = || Failure::new("there is nothing to undo");
+        let before = self.past.last().ok_or_else(nothing)?;
+        if self.missing.is_none() && before.with_projector_file != self.now.with_projector_file {
+            return Err(Failure::new(format!("{INFO} is written already")).help("remove the file to do without it"));
+        }
+        let before = self.past.pop().ok_or_else(nothing)?;
         let undone = std::mem::replace(&mut self.now, before);
         self.tried.clear();
         self.list();

@@ -55,7 +55,7 @@ impl Review {
         let Some(finding) = self.items.get(item).map(|item| item.finding.clone()) else {
             return Err(Failure::new("there is no such fix"));
         };
-        let after = from_osm(&outcome.osm, &self.loaded.projector).map;
+        let after = from_osm(&outcome.osm, &self.plane(outcome.with_projector_file).0).map;
         let before = self.now.map.as_ref();
         let known: Vec<usize> =
             (0..self.now.left.len()).filter(|&at| self.now.left.get(at) == Some(&finding)).collect();

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use crate::diagnostic::Subject;
 use crate::fix::Judge;
+use crate::osm::Source;
 use crate::report::failure::Failure;
 use crate::text::{counted, unified_diff};
 
-use super::{Decision, Review, Step, counts, known};
+use super::{Decision, Review, Step, counts, inputs};
 use crate::api::checked::write_baseline;
-use crate::api::fixed::Edits;
+use crate::api::fixed::{Edits, ProjectorFile};
 
 impl Review {
     /// What was rejected: code, subject and reason.
@@ -23,17 +24,27 @@ impl Review {
         each.map(|(mend, reason)| ((mend.code.clone(), mend.subject), reason.clone())).collect()
     }
 
+    /// The projector's file, where it was accepted and is not written yet.
+    fn file_to_write(&self) -> Option<&ProjectorFile> {
+        self.missing.as_ref().filter(|_| self.now.with_projector_file)
+    }
+
     /// Whether the files differ from what was decided.
     pub fn is_unsaved(&self) -> bool {
         let texts = self.loaded.osm.sources.iter().zip(&self.now.osm.sources);
-        self.rejected() != self.remembered || texts.into_iter().any(|(old, new)| old.text != new.text)
+        let is_file_open = self.file_to_write().is_some();
+        is_file_open || self.rejected() != self.remembered || texts.into_iter().any(|(old, new)| old.text != new.text)
     }
 
     /// What saving would change in the map's files, as a unified diff.
     pub fn diff(&self) -> String {
         let texts = self.loaded.osm.sources.iter().zip(&self.now.osm.sources);
         let changed = texts.filter(|(old, new)| old.text != new.text);
-        changed.map(|(old, new)| unified_diff([&old.name, &new.name], [&old.as_written(), &new.as_written()])).collect()
+        let of_map = changed.map(|(old, new)| {
+            let texts = [old, new].map(Source::as_written);
+            unified_diff([&old.name, &new.name], [&texts[0], &texts[1]])
+        });
+        of_map.chain(self.file_to_write().map(ProjectorFile::diff)).collect()
     }
 
     /// Judges the map as a whole and writes what changed, all files or none; then the baseline. Says what was written.
@@ -44,7 +55,8 @@ impl Review {
     /// review has told; nothing is written then.
     pub fn save(&mut self) -> Result<String, Failure> {
         let told = counts(&self.now.left);
-        let left = self.judge().whole(&self.now.osm)?;
+        let plane = self.plane(self.now.with_projector_file);
+        let left = self.judge(&plane).whole(&self.now.osm)?;
         let found = counts(&left);
         self.now.left = Arc::new(left);
         if found > told {
@@ -55,16 +67,21 @@ impl Review {
             )
             .help("they are shown now; look at them and save again"));
         }
-        let edits = Edits::between(&self.loaded, &self.now.osm);
+        let mut edits = Edits::between(&self.loaded, &self.now.osm);
+        edits.files.extend(self.file_to_write().map(ProjectorFile::edited));
         edits.write()?;
         self.loaded.osm = self.now.osm.as_ref().clone();
+        if self.file_to_write().is_some() {
+            (self.loaded.projector, self.loaded.info) = plane;
+            self.missing = None;
+        }
         let mut words = vec![match edits.files.len() {
             0 => "the map is as it was".to_owned(),
             count => format!("{} written", counted(count, "file")),
         }];
         let rejected = self.rejected();
         if rejected != self.remembered {
-            let mut known = known::read(&self.baseline_file)?;
+            let mut known = inputs::read(&self.baseline_file)?;
             for ((code, subject), _) in self.remembered.iter().filter(|(key, _)| !rejected.contains_key(*key)) {
                 known.forget(code, *subject);
             }

@@ -112,3 +112,29 @@ fn packed_maps_are_not_reviewed() {
     let options = ReviewOptions { map: file, configuration: Configuration::default(), baseline: None };
     assert!(Review::open(options).err().unwrap().message().contains("packed"));
 }
+
+#[test]
+fn a_missing_projector_file_is_written_when_it_is_accepted_and_saved() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, beside) = (dir.path().join("map.osm"), dir.path().join(crate::lanelet::INFO));
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/rules/projector/bad-missing.osm"), &file).unwrap();
+    let mut review = open(&file);
+    let is_file = |item: &Item| item.title().starts_with("write map_projector_info.yaml: ");
+    let proposed = |review: &Review| review.items().find(|(_, item)| is_file(item)).map(|(at, _)| at);
+    let item = proposed(&review).unwrap();
+    assert!(review.open_items().contains(&item) && !review.items[item].safe && !review.is_unsaved());
+    assert!(review.preview(item).unwrap().refused.is_none());
+
+    let told = review.accept(&[item]).unwrap();
+    assert!(told.starts_with("accepted `projector/missing` on map: write map_projector_info.yaml"), "{told}");
+    assert!(!review.open_items().contains(&item) && review.is_unsaved() && !beside.exists());
+    assert!(review.diff().contains("+projector_type: "), "{}", review.diff());
+    review.undo().unwrap();
+    assert!(review.open_items().contains(&item) && !review.is_unsaved());
+
+    review.accept(&[item]).unwrap();
+    assert_eq!(review.save().unwrap(), "saved: 1 file written");
+    assert!(beside.exists() && !review.is_unsaved() && review.diff().is_empty());
+    assert!(review.undo().unwrap_err().message().contains("written already"));
+    assert!(proposed(&open(&file)).is_none(), "a review of the saved map has nothing to say of it");
+}

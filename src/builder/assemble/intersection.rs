@@ -29,7 +29,7 @@ use super::crossings::announce_to;
 use super::intersection_settings;
 use super::loose_ends::LooseLanes;
 use super::map_context::MapContext;
-use super::right_of_way::{headings, legs_of, rights_of_way};
+use super::right_of_way_elements::{headings, legs_of, rights_of_way};
 
 use rustc_hash::FxHashSet;
 
@@ -144,12 +144,12 @@ impl<'a> IntersectionAssembly<'a> {
             controlled.draw(&mut self.assembly, key, &ground);
         }
         let legs = legs_of(&self.assembly, arms);
-        let movers = self.movers(arms, paths, &controls, &legs);
-        rights_of_way(&mut self.assembly, &legs, paths, &movers, conflicts, &[]);
+        let ranked = self.ranked_movements(arms, paths, &controls, &legs);
+        rights_of_way(&mut self.assembly, &legs, paths, &ranked, conflicts, &[]);
         let of_leg = headings(&legs, paths);
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(arms, &headings, self.context.lanes);
-        self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
+        self.output.settings = intersection_settings::settings(id, &names, prohibited, &ranked);
     }
 
     /// Adds the lights where no lanelets cross, as where a road divides at a small angle, on the arms that they face.

@@ -41,10 +41,10 @@ pub fn settings(
     area: PolygonId,
     names: &[ApproachName],
     prohibited: &[(usize, usize)],
-    movers: &[RankedMovement],
+    ranked: &[RankedMovement],
 ) -> Option<IntersectionSettings> {
     let mut arms: Vec<usize> =
-        movers.iter().filter(|m| m.priority == Some(true) && !m.signalised).map(|m| m.arm).collect();
+        ranked.iter().filter(|m| m.priority == Some(true) && !m.signalised).map(|m| m.arm).collect();
     arms.sort_unstable();
     arms.dedup();
     let settings = IntersectionSettings {

@@ -5,8 +5,8 @@ mod intersection;
 pub mod intersection_settings;
 mod loose_ends;
 mod map_context;
-mod movers;
-pub(crate) mod right_of_way;
+mod ranked_movements;
+pub(crate) mod right_of_way_elements;
 mod roundabouts;
 
 use crate::diagnostic::Finding;

@@ -128,10 +128,10 @@ pub fn turn_centerlines(
 /// The smoothest poses of every movement. A turn swings out for a larger radius unless it would run into a lanelet from a
 /// neighbouring lane, however that one is drawn.
 fn smoothest(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Vec<Pose>> {
-    let leads = bundle_leads(ends, bundles);
+    let straights = bundle_straights(ends, bundles);
     let shapes = |(i, (_, from, to)): (usize, &MovementEnds)| {
-        if let Some(leads) = leads[bundles[i]] {
-            return (Shape::new(curve::held(from.pose, to.pose, leads)), None);
+        if let Some(straights) = straights[bundles[i]] {
+            return (Shape::new(curve::held(from.pose, to.pose, straights)), None);
         }
         let direct = curve::join(from.pose, to.pose);
         let wide = swing_out_turn::swing_out(from.pose, to.pose, &direct);
@@ -145,13 +145,13 @@ fn smoothest(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Vec<Pose>> {
 
 /// The lengths of the straight lines before and after the turns of each bundle, metres: those that all its members can have; or before
 /// and after the shift of a bundle: those by which all its members keep clear of the ends of other roads.
-fn bundle_leads(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]>> {
-    let leads = |i: usize| {
+fn bundle_straights(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]>> {
+    let straights = |i: usize| {
         let (_, from, to) = &ends[i];
-        curve::turn_leads(from.pose, to.pose, [from.straight, to.straight])
+        curve::straight_ends(from.pose, to.pose, [from.straight, to.straight])
     };
-    let mut of_bundles: Vec<Option<[f64; 2]>> = (0..ends.len()).map(leads).collect();
-    let beside: Vec<Option<[f64; 2]>> = (0..ends.len()).map(|i| leads_beside_ends(ends, i)).collect();
+    let mut of_bundles: Vec<Option<[f64; 2]>> = (0..ends.len()).map(straights).collect();
+    let beside: Vec<Option<[f64; 2]>> = (0..ends.len()).map(|i| straights_beside_ends(ends, i)).collect();
     for (i, &first) in bundles.iter().enumerate() {
         let both = of_bundles[first].zip(of_bundles[i]);
         of_bundles[first] = both.map(|([a, b], [c, d])| [a.min(c), b.min(d)]);
@@ -167,7 +167,7 @@ fn bundle_leads(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]
 
 /// The lengths over which a lane that shifts sideways goes straight on first, and at last, so that it does not run over the ends of
 /// other roads, metres; `None` where it does not, or turns, or would bend too tightly in between.
-fn leads_beside_ends(ends: &[MovementEnds], i: usize) -> Option<[f64; 2]> {
+fn straights_beside_ends(ends: &[MovementEnds], i: usize) -> Option<[f64; 2]> {
     let (own, from, to) = &ends[i];
     if angle_between(from.pose.heading, to.pose.heading).abs() > SHIFT_MOST {
         return None;
@@ -178,15 +178,15 @@ fn leads_beside_ends(ends: &[MovementEnds], i: usize) -> Option<[f64; 2]> {
     let others = ends.iter().flat_map(|(other, into, out)| [(other.from, *into), (other.to, *out)]);
     let places = others.filter(|(arm, _)| !arms.contains(arm)).flat_map(|(_, lane)| lane.places);
     let within = |p: &Point| p.x > low.x && p.y > low.y && p.x < high.x && p.y < high.y;
-    let mut leads = [0.0_f64; 2];
+    let mut straights = [0.0_f64; 2];
     for p in places.filter(within).filter(|p| polygon::contains(&ring, *p)) {
         let before = (p - from.pose.point).dot(&from.pose.heading);
         let after = (to.pose.point - p).dot(&to.pose.heading);
         let (side, along) = if before < after { (0, before) } else { (1, after) };
-        leads[side] = leads[side].max(along + BEYOND);
+        straights[side] = straights[side].max(along + BEYOND);
     }
-    let held = (leads != [0.0; 2]).then(|| curve::held(from.pose, to.pose, leads))?;
-    (curve::radius(&held) >= SHIFT_RADIUS).then_some(leads)
+    let held = (straights != [0.0; 2]).then(|| curve::held(from.pose, to.pose, straights))?;
+    (curve::radius(&held) >= SHIFT_RADIUS).then_some(straights)
 }
 
 /// Whether the wide shape of a movement overlaps those from neighbouring lanes no more than its direct shape does.
@@ -374,7 +374,7 @@ mod tests {
         // Where no room is left for the shift, it begins at once.
         let near = lane(34.0, 7.0, 0.0);
         let ends = [(movement(0, 1), &from, &near), (movement(2, 1), &beside, &near)];
-        assert_eq!(leads_beside_ends(&ends, 0), None);
+        assert_eq!(straights_beside_ends(&ends, 0), None);
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Connection lines: where the lanes of a road end and those of an intersection begin.
+//! Connection lines: where the lanes of a road end before an intersection, so that its stop line lies there, and where those of the
+//! intersection begin.
 //!
 //! The outline gives the least setback of a road. Crosswalks, stop lines and turns add to it: the crosswalk lies inside the
 //! intersection with the stop line before it, and a car can take the near turn.

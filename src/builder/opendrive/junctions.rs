@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::assemble::intersection_settings;
-use crate::builder::assemble::right_of_way::{headings, legs_of, rights_of_way};
+use crate::builder::assemble::right_of_way_elements::{headings, legs_of, rights_of_way};
 use crate::builder::ids::Key;
 use crate::builder::intersection::area_outline::area_outline;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
@@ -317,13 +317,13 @@ impl<'a> Site<'a> {
         self.turn_strays(assembly, side, &name);
         let legs = legs_of(assembly, &arms);
         let ranks = self.ranks(junction, &controls, furniture);
-        let movers = self.movers(&controls, &ranks, side);
+        let ranked = self.ranked_movements(&controls, &ranks, side);
         let phases = self.phases(junction, furniture);
-        rights_of_way(assembly, &legs, &self.paths, &movers, &found, &phases);
+        rights_of_way(assembly, &legs, &self.paths, &ranked, &found, &phases);
         let of_leg = headings(&legs, &self.paths);
         let heading_of: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(&arms, &heading_of, lanes);
-        made.settings.extend(junction_settings(id, &names, &movers, phases));
+        made.settings.extend(junction_settings(id, &names, &ranked, phases));
     }
 
     /// Tells of lanes that begin side by side and lie on each other farther on, by the file's own borders.
@@ -404,14 +404,14 @@ fn clockwise(assembly: &MapBuilder, arms: &mut [(Ending, Arm)]) {
 fn junction_settings(
     area: PolygonId,
     names: &[ApproachName],
-    movers: &[RankedMovement],
+    ranked: &[RankedMovement],
     phases: Vec<Vec<usize>>,
 ) -> Option<IntersectionSettings> {
     // The settings know approaches: one of which some ways go first is none that does.
-    let all_first = |arm: usize| movers.iter().all(|it| it.arm != arm || it.priority == Some(true));
-    let arms: Vec<RankedMovement> = movers
+    let all_first = |arm: usize| ranked.iter().all(|it| it.arm != arm || it.priority == Some(true));
+    let arms: Vec<RankedMovement> = ranked
         .iter()
-        .map(|mover| RankedMovement { priority: mover.priority.filter(|_| all_first(mover.arm)), ..*mover })
+        .map(|ranked| RankedMovement { priority: ranked.priority.filter(|_| all_first(ranked.arm)), ..*ranked })
         .collect();
     let settings = intersection_settings::settings(area, names, &[], &arms);
     if phases.is_empty() {

@@ -57,9 +57,14 @@ impl Site<'_> {
         if differ { ranks } else { vec![None; ranks.len()] }
     }
 
-    pub fn movers(&self, controls: &[Control], ranks: &[Option<bool>], side: DrivingSide) -> Vec<RankedMovement> {
+    pub fn ranked_movements(
+        &self,
+        controls: &[Control],
+        ranks: &[Option<bool>],
+        side: DrivingSide,
+    ) -> Vec<RankedMovement> {
         let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
-        let mover = |(path, rank): (&TurningLanelet, &Option<bool>)| RankedMovement {
+        let ranked = |(path, rank): (&TurningLanelet, &Option<bool>)| RankedMovement {
             arm: path.movement.from,
             turn: match path.turn * near {
                 t if t.abs() <= STRAIGHT_ON => Turn::Straight,
@@ -71,7 +76,7 @@ impl Site<'_> {
             priority: *rank,
             bicycle: false,
         };
-        self.paths.iter().zip(ranks).map(mover).collect()
+        self.paths.iter().zip(ranks).map(ranked).collect()
     }
 
     /// The approaches that have green together: those whose lights one controller of the junction changes. None, where there is one

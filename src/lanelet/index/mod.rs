@@ -13,13 +13,13 @@ mod intersection;
 mod lane;
 mod priority;
 mod queries;
-mod right_of_way;
 mod road_leg;
 mod roundabout;
 pub mod routing_graph;
 mod stop_line;
 pub mod thresholds;
 pub mod tier4_yields;
+mod traffic;
 mod types;
 mod union_find;
 mod unmarked;
@@ -34,10 +34,10 @@ pub use intersection::declared_area;
 pub(crate) use lane::tangent;
 pub use lane::{Edge, HEADING_REACH, HEADING_STEP, Lane, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
-pub use right_of_way::{STRAIGHT_ON, U_TURN};
 pub use road_leg::{Crossed, legs};
 pub use roundabout::RingShape;
 pub use stop_line::{Misfit, StopLine};
+pub use traffic::{STRAIGHT_ON, U_TURN};
 pub use types::{
     Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
 };
@@ -115,7 +115,7 @@ impl<'m> MapIndex<'m> {
         index.traffic = (0..index.intersections.len())
             .into_par_iter()
             .in_small_parts()
-            .map(|at| right_of_way::traffic(&index, at))
+            .map(|at| traffic::traffic(&index, at))
             .collect();
         index
     }

@@ -146,7 +146,7 @@ fn by_elements(map: &MapIndex, intersection: &Intersection, movements: &[Movemen
     let mut over = FxHashSet::default();
     // A lanelet with a virtual traffic light ignores all others, whatever the priority.
     let ranked = |lane: usize| map.elements(map.lanes[lane].id, "virtual_traffic_light").next().is_none();
-    for x in movements.iter().filter(|movement| movement.mover.turn == Turn::Straight && ranked(movement.lane)) {
+    for x in movements.iter().filter(|movement| movement.ranked.turn == Turn::Straight && ranked(movement.lane)) {
         for y in map.ignored(x.lane) {
             let Ok(at) = movements.binary_search_by_key(&y, |movement| movement.lane) else { continue };
             let below = movements[at].from;

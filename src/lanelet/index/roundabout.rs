@@ -16,7 +16,7 @@ const LEAST_TURN: f64 = 8.0;
 /// length does ...
 const SHORT_RING: f64 = 200.0;
 const ROUND: f64 = 0.9;
-/// ... or it may be an oval or have a waist, if it turns by no more than this (deg) on any twelfth of its length. The aisles around a
+/// ... or it may be an oval or pinched in the middle, if it turns by no more than this (deg) on any twelfth of its length. The aisles around a
 /// block of stands are neither: they turn at their corners alone.
 const MOST_TURN: f64 = 70.0;
 /// A longer ring over few corners encloses this share: an octagon does.
@@ -125,7 +125,7 @@ impl MapIndex<'_> {
 pub enum RingShape {
     /// It turns all the way around: a roundabout.
     Round,
-    /// With few corners, or short and an oval or with a waist: a roundabout if others only join and leave it.
+    /// With few corners, or short and an oval or pinched in the middle: a roundabout if others only join and leave it.
     Open,
     /// Long and with straight sides, as around a block of houses.
     Other,

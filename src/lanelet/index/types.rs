@@ -339,7 +339,7 @@ pub struct Movement {
     /// Where it ends.
     pub to: usize,
     /// What decides who may go.
-    pub mover: RankedMovement,
+    pub ranked: RankedMovement,
 }
 
 /// How much is known about priority where there is no signal.
@@ -410,7 +410,7 @@ impl Traffic {
 
     /// The movements that conflict with `x` and that it may ignore.
     pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
-        let movers: Vec<RankedMovement> = self.movements.iter().map(|movement| movement.mover).collect();
-        yields(x, &movers, &self.met(map, x), |x, y| self.relation(x, y))
+        let ranked: Vec<RankedMovement> = self.movements.iter().map(|movement| movement.ranked).collect();
+        yields(x, &ranked, &self.met(map, x), |x, y| self.relation(x, y))
     }
 }

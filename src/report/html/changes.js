@@ -28,7 +28,7 @@ on('start', () => {
 });
 
 const wordsOfChange = (change) => `${KIND_WORDS[change.subject[0]]} ${change.subject[1]}`;
-const colourOfChange = (change, colours) => ({ added: colours.ghost, removed: colours.error, changed: colours.warning })[change.change];
+const colourOfChange = (change, colours) => ({ added: colours.preview, removed: colours.error, changed: colours.warning })[change.change];
 
 function boxOfChange(change) {
   return (change.box ??= change.shape.reduce((box, [, points]) => { for (const [x, y] of points) grow(box, x, y); return box; }, emptyBox()));

@@ -6,7 +6,7 @@ const HANDLES_FROM = 0.7;
 /** A click this close to a road's line, pixels, means the road. */
 const NEAR_ROAD = 8;
 
-const bench = {
+const editor = {
   /** All edits, of which the first `at` are made. */
   edits: [], at: 0,
   /** A node in the hand: { id, x, y }, and the edit that it would be. */
@@ -49,54 +49,54 @@ const workshop = () => state.report.workshop;
 
 /** Ways by id, and their boxes. */
 function indexInput() {
-  bench.byId = new Map(workshop().ways.map((way) => [way.id, way]));
-  bench.byNode = new Map(workshop().nodes.map(([id], number) => [id, number]));
+  editor.byId = new Map(workshop().ways.map((way) => [way.id, way]));
+  editor.byNode = new Map(workshop().nodes.map(([id], number) => [id, number]));
   for (const way of workshop().ways) {
     way.box = emptyBox();
     for (const at of way.nodes) grow(way.box, workshop().nodes[at][1], workshop().nodes[at][2]);
   }
-  if (!bench.byId.has(bench.way)) bench.way = null;
+  if (!editor.byId.has(editor.way)) editor.way = null;
 }
 
 /* Edits */
 
-const madeEdits = () => bench.edits.slice(0, bench.at);
+const madeEdits = () => editor.edits.slice(0, editor.at);
 /** A map that is built this quickly, milliseconds, is built while a node is being dragged. */
 const QUICK = 250;
 
 function commit(edit) {
-  bench.edits.length = bench.at;
-  bench.edits.push(edit);
-  bench.at++;
+  editor.edits.length = editor.at;
+  editor.edits.push(edit);
+  editor.at++;
   return rebuild();
 }
 
-function undo() { if (bench.at > 0) { bench.at--; rebuild(); } }
-function redo() { if (bench.at < bench.edits.length) { bench.at++; rebuild(); } }
+function undo() { if (editor.at > 0) { editor.at--; rebuild(); } }
+function redo() { if (editor.at < editor.edits.length) { editor.at++; rebuild(); } }
 
 /** Where the middle of the page lies, for a server that builds only what is around. */
 function around() { return latLon(view.x, view.y); }
 
 function question(quick = false) {
-  return { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ edits: [...madeEdits(), ...(bench.provisional ? [bench.provisional] : [])], around: workshop().part ? around() : null, quick }) };
+  return { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ edits: [...madeEdits(), ...(editor.provisional ? [editor.provisional] : [])], around: workshop().part ? around() : null, quick }) };
 }
 
 /** Has everything built with the edits as they are. One question at a time: what changed meanwhile is asked next. */
 function rebuild() {
-  bench.again = true;
+  editor.again = true;
   view.canvas.dataset.building = 'yes';
-  return (bench.work ??= buildAll().finally(() => { bench.work = null; view.canvas.dataset.building = ''; }));
+  return (editor.work ??= buildAll().finally(() => { editor.work = null; view.canvas.dataset.building = ''; }));
 }
 
 async function buildAll() {
-  while (bench.again) {
-    bench.again = false;
+  while (editor.again) {
+    editor.again = false;
     try {
       // The stages first; what the rules find, when nobody waits for stages.
       await buildOnce(true);
-      if (!bench.again && !bench.provisional && !bench.trouble) await buildOnce(false);
+      if (!editor.again && !editor.provisional && !editor.trouble) await buildOnce(false);
     } catch (error) {
-      bench.trouble = `lanewright does not answer: ${error.message}`;
+      editor.trouble = `lanewright does not answer: ${error.message}`;
     }
     view.canvas.dataset.builds = String(Number(view.canvas.dataset.builds ?? 0) + 1);
     tell('built');
@@ -107,12 +107,12 @@ async function buildOnce(quick) {
   const start = performance.now();
   const response = await fetch('build', question(quick));
   live.version = Number(response.headers.get('Lanewright-Version'));
-  bench.trouble = response.headers.get('Content-Type').startsWith('text/plain') ? await response.text() : null;
-  if (bench.trouble) return;
+  editor.trouble = response.headers.get('Content-Type').startsWith('text/plain') ? await response.text() : null;
+  if (editor.trouble) return;
   const both = await readParcel(await response.arrayBuffer());
   if (quick) Object.assign(both.report, { findings: state.report.findings, groups: state.report.groups, requirements: state.report.requirements });
   follow(both);
-  if (quick) bench.took = { build: workshop().took, all: Math.round(performance.now() - start) };
+  if (quick) editor.took = { build: workshop().took, all: Math.round(performance.now() - start) };
 }
 
 /** Where only a part is built: builds another when the middle of the page has left it. */
@@ -145,23 +145,23 @@ function nodeGrip(event) {
   const off = [event.offsetX - sx, event.offsetY - sy];
   const place = (u, v) => toWorld(u - off[0], v - off[1]);
   const moved = (u, v) => { const at = latLon(...place(u, v)); return at && { edit: 'move', node: id, lat: at[0], lon: at[1] }; };
-  const release = () => { bench.dragged = bench.provisional = null; ask(); };
+  const release = () => { editor.dragged = editor.provisional = null; ask(); };
   return {
     move(u, v) {
       const [wx, wy] = place(u, v);
-      bench.dragged = { id, x: wx, y: wy };
-      if (Math.hypot(wx - x, wy - y) * view.scale > CLICK && bench.took?.all < QUICK) { bench.provisional = moved(u, v); rebuild(); }
+      editor.dragged = { id, x: wx, y: wy };
+      if (Math.hypot(wx - x, wy - y) * view.scale > CLICK && editor.took?.all < QUICK) { editor.provisional = moved(u, v); rebuild(); }
       ask();
     },
     drop(u, v, travelled) {
-      const built = bench.provisional;
+      const built = editor.provisional;
       release();
       const edit = travelled > CLICK && moved(u, v);
       if (edit) commit(edit);
       else if (built) rebuild();
-      else chooseWay(workshop().ways.find((way) => way.nodes.includes(bench.byNode.get(id)))?.id ?? null);
+      else chooseWay(workshop().ways.find((way) => way.nodes.includes(editor.byNode.get(id)))?.id ?? null);
     },
-    cancel() { const built = bench.provisional; release(); if (built) rebuild(); },
+    cancel() { const built = editor.provisional; release(); if (built) rebuild(); },
   };
 }
 
@@ -180,7 +180,7 @@ function pickRoad(sx, sy) {
 }
 
 function chooseWay(id) {
-  bench.way = id;
+  editor.way = id;
   chooseFinding(null, { stay: true });
   if (id) showTab('stages');
   tell('way');
@@ -193,18 +193,18 @@ function drawInput({ pen, colours }) {
   const { ratio, css } = pen.frame;
   const [minX, maxY] = toWorld(-20, -20), [maxX, minY] = toWorld(view.width + 20, view.height + 20);
   const { nodes, ways, part } = workshop();
-  const place = (at) => (bench.dragged?.id === nodes[at][0] ? [bench.dragged.x, bench.dragged.y] : [nodes[at][1], nodes[at][2]]);
+  const place = (at) => (editor.dragged?.id === nodes[at][0] ? [editor.dragged.x, editor.dragged.y] : [nodes[at][1], nodes[at][2]]);
   const seen = ways.filter(({ box }) => box[0] <= maxX && box[1] <= maxY && box[2] >= minX && box[3] >= minY);
   for (const way of seen) {
-    const chosen = way.id === bench.way;
-    if (!chosen && css < HANDLES_FROM && !bench.dragged) continue;
+    const chosen = way.id === editor.way;
+    if (!chosen && css < HANDLES_FROM && !editor.dragged) continue;
     pen.begin();
     pen.path(way.nodes.map(place));
     if (chosen) pen.stroke(colours.halo, 6 * ratio, null, 'round');
     pen.stroke(colours.choice, (chosen ? 3.2 : 1) * ratio, null, 'round');
   }
   if (css >= HANDLES_FROM) {
-    const own = new Set(bench.byId.get(bench.way)?.nodes ?? []);
+    const own = new Set(editor.byId.get(editor.way)?.nodes ?? []);
     for (const at of new Set(seen.flatMap((way) => way.nodes))) {
       const size = (own.has(at) ? 4.4 : 3) * ratio;
       const [x, y] = place(at);

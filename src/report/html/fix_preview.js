@@ -1,41 +1,41 @@
 // What fixes would change, dashed over the map as it would be then.
 
-const ghosts = { shown: true };
+const fixPreviews = { shown: true };
 
 on('start', () => {
-  KEYS.push([['g'], 'What fixes would change', toggleGhosts]);
-  on('overlay', drawGhosts);
-  on('chips', () => (state.report.ghosts.length ? [chip(plural(state.report.ghosts.length, 'fix preview'), ghosts.shown, toggleGhosts, {
+  KEYS.push([['g'], 'What fixes would change', toggleFixPreviews]);
+  on('overlay', drawFixPreviews);
+  on('chips', () => (state.report.fix_previews.length ? [chip(plural(state.report.fix_previews.length, 'fix preview'), fixPreviews.shown, toggleFixPreviews, {
     title: 'What `lanewright fix` would change, dashed on the map (g)',
   })] : []));
-  on('card', ghostCard);
+  on('card', fixPreviewCard);
 });
 
-function toggleGhosts() {
-  ghosts.shown = !ghosts.shown;
+function toggleFixPreviews() {
+  fixPreviews.shown = !fixPreviews.shown;
   drawChips();
   ask();
 }
 
 /** The previews of the chosen finding's fix alone, or else of all findings that the list shows. */
-function wantedGhosts() {
-  if (!ghosts.shown) return [];
-  const all = state.report.ghosts;
-  if (state.finding) return all.filter((ghost) => ghost.mends.includes(state.finding.number));
+function wantedFixPreviews() {
+  if (!fixPreviews.shown) return [];
+  const all = state.report.fix_previews;
+  if (state.finding) return all.filter((preview) => preview.mends.includes(state.finding.number));
   const listed = new Set((state.shown ?? []).map((finding) => finding.number));
-  return all.filter((ghost) => !ghost.mends.length || ghost.mends.some((number) => listed.has(number)));
+  return all.filter((preview) => !preview.mends.length || preview.mends.some((number) => listed.has(number)));
 }
 
-function drawGhosts({ pen, colours }) {
+function drawFixPreviews({ pen, colours }) {
   const { ratio } = pen.frame;
   const [minX, maxY] = toWorld(0, 0), [maxX, minY] = toWorld(view.width, view.height);
   let drawn = 0;
-  for (const ghost of wantedGhosts()) {
-    const box = ghost.box ??= ghost.shape.reduce((sum, [, points]) => { for (const [x, y] of points) grow(sum, x, y); return sum; }, emptyBox());
+  for (const preview of wantedFixPreviews()) {
+    const box = preview.box ??= preview.shape.reduce((sum, [, points]) => { for (const [x, y] of points) grow(sum, x, y); return sum; }, emptyBox());
     if (box[0] > maxX || box[1] > maxY || box[2] < minX || box[3] < minY) continue;
-    const main = state.finding && ghost.mends.includes(state.finding.number);
-    const colour = ghost.change === 'removed' ? colours.error : colours.ghost;
-    for (const [closed, points] of ghost.shape) {
+    const main = state.finding && preview.mends.includes(state.finding.number);
+    const colour = preview.change === 'removed' ? colours.error : colours.preview;
+    for (const [closed, points] of preview.shape) {
       pen.begin();
       if (closed) pen.ring(points); else pen.path(points);
       pen.stroke(colours.halo, (main ? 6 : 4.4) * ratio, null, 'round');
@@ -43,16 +43,16 @@ function drawGhosts({ pen, colours }) {
     }
     drawn++;
   }
-  view.canvas.dataset.ghosts = String(drawn);
+  view.canvas.dataset.fixPreviews = String(drawn);
 }
 
 /** What would become of the primitives that the chosen finding's fix reaches for, or of the chosen primitive. */
-function ghostCard({ finding, primitive }) {
+function fixPreviewCard({ finding, primitive }) {
   const id = primitive && String(state.map[primitive.kind].id[primitive.number]);
-  const about = state.report.ghosts.filter((ghost) => (finding ? ghost.mends.includes(finding.number)
-    : ghost.subject[0] === primitive.kind && ghost.subject[1] === id));
+  const about = state.report.fix_previews.filter((preview) => (finding ? preview.mends.includes(finding.number)
+    : preview.subject[0] === primitive.kind && preview.subject[1] === id));
   if (!about.length) return [];
-  const rows = about.map((ghost) => [reference(ghost.subject), make('span', { class: 'becomes' }, `${ghost.change}: ${ghost.facts.join('; ')}`)]);
+  const rows = about.map((preview) => [reference(preview.subject), make('span', { class: 'becomes' }, `${preview.change}: ${preview.facts.join('; ')}`)]);
   const title = finding ? 'What the fix changes (dashed)' : 'What fixes would change (dashed)';
-  return [make('div', { class: 'ghosts' }, section(title, rows))];
+  return [make('div', { class: 'fix-previews' }, section(title, rows))];
 }

@@ -163,7 +163,7 @@ pub fn shape_of(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
     one.into_iter().collect()
 }
 
-/// Ghosts as the page reads them.
+/// Previews of fixes as the page reads them.
 pub fn page_fix_previews(previews: &[FixPreview], frame: &Frame) -> Value {
     let one = |preview: &FixPreview| {
         let shape: Vec<(bool, Vec<[f64; 2]>)> = preview

@@ -141,7 +141,9 @@ function handleGrip(event) {
 function drawHandles({ pen, colours }) {
   const { map } = state;
   const { ratio } = pen.frame;
-  for (const [point] of handles()) {
+  const shown = handles();
+  view.canvas.dataset.handles = shown.map(([point]) => [idOf('point', point), ...toScreen(map.x[point], map.y[point])].join(' ')).join(', ');
+  for (const [point] of shown) {
     const size = 4.5 * ratio;
     const [x, y] = hand.held?.point === point ? [hand.held.x, hand.held.y] : [map.x[point], map.y[point]];
     pen.begin();

@@ -99,7 +99,7 @@ function pickPin({ findings, box }) {
   chooseFinding(next, { stay: true });
 }
 
-/** Primitives under a place on the screen: signals and stop lines, lanelets from the smallest up, areas, other lines. */
+/** Primitives under a place on the screen: signals and stop lines, lanelets from the smallest up, areas, other lines; of each those above first. */
 function primitivesAt(sx, sy) {
   const { map, index } = state;
   const [x, y] = toWorld(sx, sy);
@@ -121,7 +121,8 @@ function primitivesAt(sx, sy) {
       ranked.push({ kind, number, rank: kind === 'lanelet' ? 1 : 2, size: (box[2] - box[0]) * (box[3] - box[1]) });
     }
   }
-  return ranked.sort((a, b) => a.rank - b.rank || a.size - b.size || a.number - b.number).map(({ kind, number }) => ({ kind, number }));
+  const level = ({ kind, number }) => levelOf(map, kind, number);
+  return ranked.sort((a, b) => a.rank - b.rank || level(b) - level(a) || a.size - b.size || a.number - b.number).map(({ kind, number }) => ({ kind, number }));
 }
 
 function distanceTo(map, points, x, y) {

@@ -9,6 +9,9 @@ const STRIPE = 0.5;
 /** Primitives drawn between two looks at the clock. */
 const BATCH = 400;
 
+/** How many things lie below: what is higher is drawn later, and chosen first. */
+const levelOf = (map, kind, number) => map[kind].level?.[number] ?? 0;
+
 /** Paints what is in `items` to `context`; `frame` has scale (device pixels per metre) and the world's x, y at pixel 0, 0. */
 function* paint(context, frame, items, map, classes, colours) {
   const pen = new Pen(context, frame, map);
@@ -26,11 +29,10 @@ function* paint(context, frame, items, map, classes, colours) {
   }
   const polygons = byKind.polygon.map((number) => ({ number, colour: classes.polygon[map.polygon.tags[number]] }));
   // A tunnel, with all that lies in it, before the street above it.
-  const levelOf = (kind, number) => map[kind].level?.[number] ?? 0;
-  const levels = new Set(Object.entries(byKind).flatMap(([kind, numbers]) => numbers.map((number) => levelOf(kind, number))));
+  const levels = new Set(Object.entries(byKind).flatMap(([kind, numbers]) => numbers.map((number) => levelOf(map, kind, number))));
   for (const level of [...levels].sort((a, b) => a - b)) {
-    const here = (kind) => ({ number }) => levelOf(kind, number) === level;
-    const lines = byKind.line.filter((number) => levelOf('line', number) === level);
+    const here = (kind) => ({ number }) => levelOf(map, kind, number) === level;
+    const lines = byKind.line.filter((number) => levelOf(map, 'line', number) === level);
     yield* paintLevel(pen, lanelets.filter(here('lanelet')), polygons.filter(here('polygon')), lines, classes, colours);
   }
 }

@@ -18,7 +18,7 @@ function drawPanel() {
   const pane = byId('pane-stages');
   const focused = document.activeElement?.id;
   const scrolled = pane.scrollTop;
-  pane.replaceChildren(stageList(), benchState(), bench.way ? wayPanel(bench.byId.get(bench.way)) : hint(), editList());
+  pane.replaceChildren(stageList(), editorState(), editor.way ? wayPanel(editor.byId.get(editor.way)) : hint(), editList());
   pane.scrollTop = scrolled;
   if (focused && pane.querySelector(`#${CSS.escape(focused)}`)) byId(focused).focus();
 }
@@ -36,11 +36,11 @@ function stageList() {
   return make('section', {}, make('ol', { class: 'stage-list' }, ...rows), make('p', { class: 'stage-key' }, ...key));
 }
 
-function benchState() {
+function editorState() {
   const { part, took } = workshop();
-  const words = bench.took ? `Built in ${bench.took.build} ms, on the screen after ${bench.took.all} ms.` : `Built in ${took} ms.`;
-  return make('section', { class: 'bench' },
-    make('p', { class: bench.trouble ? 'trouble' : 'small', id: 'bench-state', role: 'status' }, bench.trouble ?? words),
+  const words = editor.took ? `Built in ${editor.took.build} ms, on the screen after ${editor.took.all} ms.` : `Built in ${took} ms.`;
+  return make('section', { class: 'editor' },
+    make('p', { class: editor.trouble ? 'trouble' : 'small', id: 'editor-state', role: 'status' }, editor.trouble ?? words),
     part && make('p', { class: 'small' }, `Only what lies around here is built: ${part.ways.toLocaleString('en')} of ${part.of.toLocaleString('en')} ways, inside the dashed frame. Move the map to build elsewhere.`));
 }
 
@@ -99,10 +99,10 @@ function editList() {
   const merges = made.some((edit) => edit.edit === 'merge');
   return make('section', { class: 'edits' }, make('h3', {}, made.length ? plural(made.length, 'edit') : 'Edits'),
     make('p', { class: 'chips' },
-      button('undo', 'Undo', bench.at > 0, undo, 'Ctrl+Z'), button('redo', 'Redo', bench.at < bench.edits.length, redo, 'Ctrl+Y'),
+      button('undo', 'Undo', editor.at > 0, undo, 'Ctrl+Z'), button('redo', 'Redo', editor.at < editor.edits.length, redo, 'Ctrl+Y'),
       button('save-osm', 'Save .osm', made.length > 0, () => save('osm'), 'Download the input with the edits of nodes and tags'),
       button('save-toml', 'Save lanewright.toml', merges, () => save('toml'), 'Download the lines that merge and keep apart')),
-    make('ol', { class: 'edit-list' }, ...bench.edits.map((edit, at) => make('li', { class: at < bench.at ? null : 'undone' }, wordsOf(edit)))));
+    make('ol', { class: 'edit-list' }, ...editor.edits.map((edit, at) => make('li', { class: at < editor.at ? null : 'undone' }, wordsOf(edit)))));
 }
 
 /** Downloads what the edits make of the input, or of its lanewright.toml. */

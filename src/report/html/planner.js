@@ -6,7 +6,7 @@ const PLAN = { own: '#2f9e6e', watched: '#e5484d', ignored: '#8b9198', stuck: '#
 const PLAN_WORDS_FROM = 5;
 
 /** The lanelet that was asked about, by id, and what is told of it. */
-const plan = { id: null, told: null, shown: true };
+const plan = { id: null, forecast: null, shown: true };
 
 on('start', () => {
   KEYS.push([['w'], 'What the planner will do on the chosen lanelet', togglePlan]);
@@ -32,27 +32,27 @@ function plannedId() {
 async function askPlan() {
   const id = plannedId();
   if (id === plan.id) return;
-  Object.assign(plan, { id, told: null });
+  Object.assign(plan, { id, forecast: null });
   if (!id) { markPlan(); return; }
   const response = await askServer('planner', { method: 'POST', body: id });
   const answer = await response.text();
   if (plan.id !== id) return;
-  try { [plan.told] = JSON.parse(answer).lanelets; } catch { toast(answer); }
+  try { [plan.forecast] = JSON.parse(answer).lanelets; } catch { toast(answer); }
   drawCard();
 }
 
 /** Says on the page what the layer shows. */
 function markPlan() {
-  byId('map').dataset.plan = plan.told && plan.shown ? `${plan.told.watched.length} ${plan.told.ignored.length} ${plan.told.marks.length}` : '';
+  byId('map').dataset.plan = plan.forecast && plan.shown ? `${plan.forecast.watched.length} ${plan.forecast.ignored.length} ${plan.forecast.marks.length}` : '';
 }
 
 /** What is drawn now, or nothing. */
-const shownPlan = () => (plan.shown && plan.id === plannedId() ? plan.told : null);
+const shownPlan = () => (plan.shown && plan.id === plannedId() ? plan.forecast : null);
 
 function drawPlanLanes({ pen }) {
-  const told = shownPlan();
+  const forecast = shownPlan();
   markPlan();
-  if (!told) return;
+  if (!forecast) return;
   const fill = (id, colour, strength, dash) => {
     const lanelet = findPrimitive(String(id), 'lanelet');
     if (!lanelet) return;
@@ -63,14 +63,14 @@ function drawPlanLanes({ pen }) {
     pen.context.globalAlpha = 1;
     if (dash !== undefined) pen.stroke(colour, 1.4 * pen.frame.ratio, dash && dash.map((length) => length * pen.frame.ratio));
   };
-  const watched = new Set(told.watched.map((one) => one.lanelet));
-  for (const id of new Set(told.watched.flatMap((one) => one.before))) if (!watched.has(id)) fill(id, PLAN.watched, 0.2);
+  const watched = new Set(forecast.watched.map((one) => one.lanelet));
+  for (const id of new Set(forecast.watched.flatMap((one) => one.before))) if (!watched.has(id)) fill(id, PLAN.watched, 0.2);
   for (const id of watched) fill(id, PLAN.watched, 0.42, null);
-  for (const one of told.ignored) fill(one.lanelet, PLAN.ignored, 0.45, [5, 3]);
-  fill(told.lanelet, PLAN.own, 0.4, null);
-  if (told.lines.stuck) {
+  for (const one of forecast.ignored) fill(one.lanelet, PLAN.ignored, 0.45, [5, 3]);
+  fill(forecast.lanelet, PLAN.own, 0.4, null);
+  if (forecast.lines.stuck) {
     pen.begin();
-    pen.ring(told.lines.stuck.outline.map(onPage));
+    pen.ring(forecast.lines.stuck.outline.map(onPage));
     pen.context.globalAlpha = 0.35;
     pen.fill(PLAN.stuck);
     pen.context.globalAlpha = 1;
@@ -81,11 +81,11 @@ function drawPlanLanes({ pen }) {
 const onPage = ([x, y]) => [x - state.report.frame.origin[0], y - state.report.frame.origin[1]];
 
 function drawPlanMarks({ pen, colours }) {
-  const told = shownPlan();
-  if (!told) return;
+  const forecast = shownPlan();
+  if (!forecast) return;
   const { ratio, css } = pen.frame;
   const taken = [];
-  for (const { ends, what, hue } of told.marks) {
+  for (const { ends, what, hue } of forecast.marks) {
     const [[ax, ay], [bx, by]] = ends.map(onPage);
     const [dx, dy] = [(bx - ax) * 0.35, (by - ay) * 0.35];
     const line = [[ax - dx, ay - dy], [bx + dx, by + dy]];
@@ -106,13 +106,13 @@ function drawPlanMarks({ pen, colours }) {
 
 /** Below the tags: what is told, in words. */
 function planCard() {
-  const told = plan.id === plannedId() ? plan.told : null;
-  if (!told) return [];
+  const forecast = plan.id === plannedId() ? plan.forecast : null;
+  if (!forecast) return [];
   const lane = (one) => [[swatch(one.because ? PLAN.ignored : PLAN.watched), part(one.turn ?? 'lane'), reference(['lanelet', String(one.lanelet)])],
     ...(one.element ? [[part('because of'), reference(['rule', String(one.element)])]] : [])];
   const show = make('button', { type: 'button', class: 'link', title: 'On the map (w)', onclick: togglePlan }, plan.shown ? 'hide' : 'show');
   return [make('div', { class: 'plan' },
-    make('section', {}, make('h3', {}, 'The planner here ', show), make('p', {}, told.sentence)),
-    ...[section('Watched', told.watched.flatMap(lane)), section('Ignored, and why', told.ignored.flatMap(lane)),
-      section('Front of the vehicle, from the begin', told.places.map(([at, what]) => [part(`${at.toFixed(1)} m`), make('span', {}, what)]))].filter(Boolean))];
+    make('section', {}, make('h3', {}, 'The planner here ', show), make('p', {}, forecast.sentence)),
+    ...[section('Watched', forecast.watched.flatMap(lane)), section('Ignored, and why', forecast.ignored.flatMap(lane)),
+      section('Front of the vehicle, from the begin', forecast.places.map(([at, what]) => [part(`${at.toFixed(1)} m`), make('span', {}, what)]))].filter(Boolean))];
 }

@@ -76,7 +76,7 @@ function stepReview(step) {
 /** Shows a fix, and asks what would come of it; the map goes there unless `stay`. */
 async function lookAt(id, stay = false) {
   Object.assign(review, { at: id, preview: null, trouble: null, rejecting: null });
-  state.report.ghosts = [];
+  state.report.fix_previews = [];
   const item = itemNow();
   const finding = findingOf(item);
   review.key = finding?.key ?? null;
@@ -89,7 +89,7 @@ async function lookAt(id, stay = false) {
   if (answer.trouble) review.trouble = answer.trouble;
   else {
     review.preview = answer;
-    if (finding) state.report.ghosts = answer.changes.map((change) => ({ ...change, mends: [finding.number] }));
+    if (finding) state.report.fix_previews = answer.changes.map((change) => ({ ...change, mends: [finding.number] }));
   }
   drawReview();
   ask();

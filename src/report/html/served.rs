@@ -73,7 +73,7 @@ fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> St
 pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::Result<Vec<u8>> {
     let frame = Frame::of(report.map, page.origin);
     let mut facts = facts(report, page, &frame);
-    facts["ghosts"] = page_fix_previews(served.previews, &frame);
+    facts["fix_previews"] = page_fix_previews(served.previews, &frame);
     facts["workshop"] = served.build_stages.map_or(Value::Null, |build_stages| page_build_stages(build_stages, &frame));
     facts["review"] = served.review.cloned().unwrap_or_default();
     let facts = deflate(facts.to_string().as_bytes())?;

@@ -9,7 +9,7 @@ const PALETTES = {
     paint: '#ffffff', yellow: '#ffc933', kerb: '#353b43', barrier: '#5b4b8a', virtual: 'rgba(236,243,252,.6)', other: '#8d6cc9', stop: '#e5383b',
     arrow: 'rgba(255,255,255,.62)', lamp: '#17191c', sign: '#2f6fd0', choice: '#1257d6', halo: '#ffffff', ink: '#20242a',
     parts: ['#7b3fe4', '#0b8f8c', '#c2410c', '#b8256e', '#3f6212', '#155e9c'],
-    error: '#d92d3a', warning: '#dd7b07', info: '#2b74d8', ghost: '#0d9a5c',
+    error: '#d92d3a', warning: '#dd7b07', info: '#2b74d8', preview: '#0d9a5c',
   },
   dark: {
     ground: '#14171b', road: '#3b424c', shoulder: '#30353d', walk: '#4a453a', bicycle: '#54413e', unknown: '#3a3e45',
@@ -19,7 +19,7 @@ const PALETTES = {
     paint: '#d9dee6', yellow: '#d9aa2b', kerb: '#8b95a3', barrier: '#9a87d8', virtual: 'rgba(180,200,226,.35)', other: '#a58be0', stop: '#ff6266',
     arrow: 'rgba(226,231,238,.5)', lamp: '#050607', sign: '#5a93ea', choice: '#7cb0ff', halo: '#14171b', ink: '#eef1f5',
     parts: ['#b793ff', '#3fd0c9', '#ff9d66', '#ff7fbb', '#a9d65c', '#6dbcff'],
-    error: '#ff6470', warning: '#ffab40', info: '#69a9ff', ghost: '#3ddc8f',
+    error: '#ff6470', warning: '#ffab40', info: '#69a9ff', preview: '#3ddc8f',
   },
 };
 

@@ -9,7 +9,7 @@ use crate::geometry::{Point, angle_between};
 use crate::lanelet::index::{Conflict, Rank, Traffic};
 use crate::lanelet::right_of_way::{OPPOSITE, Relation, Turn};
 use crate::parallel::InSmallParts;
-use crate::rules::right_of_way::ruled_by_signal;
+use crate::rules::right_of_way_element::ruled_by_signal;
 use crate::rules::virtual_light::is_coordinated;
 
 use super::watching::Watching;
@@ -45,7 +45,7 @@ pub fn judge(all: &Watching) -> Vec<Finding> {
 fn are_opposite_far_turns(all: &Watching, [at, other]: [usize; 2]) -> bool {
     let Some(lanes) = all.lane(at).zip(all.lane(other)).map(|(x, y)| [x, y]) else { return false };
     let Some((traffic, x, y)) = movements(all, lanes) else { return false };
-    let both_far = [x, y].iter().all(|&one| traffic.movements[one].mover.turn == Turn::Far);
+    let both_far = [x, y].iter().all(|&one| traffic.movements[one].ranked.turn == Turn::Far);
     let [one, two] = lanes.map(|lane| all.map.lanes[lane].heading_in());
     both_far && one.zip(two).is_some_and(|(x, y)| angle_between(x, y).abs().to_degrees() > 180.0 - OPPOSITE)
 }
@@ -128,7 +128,7 @@ fn movements<'m>(all: &'m Watching<'_>, [x, y]: [usize; 2]) -> Option<(&'m Traff
 /// Whether lights keep two lanes apart that ignore each other, or vm-03-10 or vm-03-11 tells that they do.
 fn is_separated(all: &Watching, lanes: [usize; 2]) -> bool {
     let Some((traffic, x, y)) = movements(all, lanes) else { return false };
-    let [me, other] = [x, y].map(|at| traffic.movements[at].mover);
+    let [me, other] = [x, y].map(|at| traffic.movements[at].ranked);
     let lights = lanes.map(|lane| ruled_by_signal(all.map, all.map.lanes[lane].id));
     match traffic.relation(x, y) {
         Relation::Same => false,
@@ -143,6 +143,6 @@ fn nobody_goes(all: &Watching, lanes: [usize; 2]) -> bool {
     let due = |x: usize, y: usize| traffic.yields(all.map, x).contains(&y);
     // Of two side roads without lights nothing tells which goes first.
     let told = traffic.relation(x, y) != Relation::AntiPhase
-        || [x, y].iter().any(|&at| traffic.movements[at].mover.signalised);
+        || [x, y].iter().any(|&at| traffic.movements[at].ranked.signalised);
     traffic.rank == Rank::Known && told && !due(x, y) && !due(y, x)
 }

@@ -11,10 +11,10 @@ mod facing;
 mod lanes;
 mod layer;
 mod neighbours;
-mod right_of_way;
 mod section;
 mod validator;
 mod walkway;
+mod yields;
 
 use rayon::prelude::*;
 
@@ -40,12 +40,12 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.lanelet_division", areas::division),
     ("mapping.intersection.intersection_area_validity", areas::validity),
     ("mapping.intersection.intersection_area_segment_type", areas::segment_type),
-    ("mapping.intersection.right_of_way_with_traffic_lights", right_of_way::with_traffic_lights),
-    ("mapping.intersection.right_of_way_without_traffic_lights", right_of_way::without_traffic_lights),
+    ("mapping.intersection.right_of_way_with_traffic_lights", yields::with_traffic_lights),
+    ("mapping.intersection.right_of_way_without_traffic_lights", yields::without_traffic_lights),
     ("mapping.intersection.road_markings", elements::road_markings),
     ("mapping.intersection.regulatory_element_details_for_virtual_traffic_lights", elements::virtual_traffic_lights),
     ("mapping.intersection.virtual_traffic_light_line_order", section::line_order),
-    ("mapping.intersection.right_of_way_for_virtual_traffic_lights", right_of_way::for_virtual_traffic_lights),
+    ("mapping.intersection.right_of_way_for_virtual_traffic_lights", yields::for_virtual_traffic_lights),
     ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
     ("mapping.lane.centerline_geometry", centerline::geometry),

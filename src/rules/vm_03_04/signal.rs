@@ -61,7 +61,7 @@ fn link_missing(map: &MapIndex, traffic: &Traffic, movement: &Movement) -> Optio
     }
     let same_start = |other: &Movement| map.lanes[other.lane].start.ids == lane.start.ids;
     let others = traffic.movements.iter().filter(|other| other.from == movement.from && other.lane != movement.lane);
-    let comparable = others.filter(|other| same_start(other) || movement.mover.turn != Turn::Near);
+    let comparable = others.filter(|other| same_start(other) || movement.ranked.turn != Turn::Near);
     // The lights of those who start at the same place fit best.
     let (light, other) = comparable
         .filter_map(|other| Some((map.elements(map.lanes[other.lane].id, "traffic_light").next()?, other)))

@@ -6,7 +6,7 @@ mod bus_lanes;
 mod idle_areas;
 mod lanes_seen;
 mod lights;
-mod right_of_way;
+mod yields;
 
 use rustc_hash::FxHashSet;
 
@@ -27,7 +27,7 @@ pub fn suit_validator(map: &mut LaneletMap, settings: &mut Settings) {
     bus_lanes::retag_bus_lanes(map);
     lights::turn_lights(map);
     idle_areas::drop_idle_areas(map, settings);
-    right_of_way::suit_validator(map);
+    yields::suit_validator(map);
 }
 
 fn lower_speed_limits(map: &mut LaneletMap) {

@@ -32,7 +32,7 @@ pub struct Guide {
 /// The guide lines between the lanes of the turns of an intersection.
 pub fn between_lanes(map: &MapIndex, traffic: &Traffic) -> Vec<Guide> {
     let mut turns: BTreeMap<(usize, usize), Vec<&Movement>> = BTreeMap::new();
-    for movement in drivable(map, traffic).filter(|movement| movement.mover.turn != Turn::Straight) {
+    for movement in drivable(map, traffic).filter(|movement| movement.ranked.turn != Turn::Straight) {
         turns.entry((movement.from, movement.to)).or_default().push(movement);
     }
     let mut guides: Vec<Guide> = Vec::new();
@@ -65,8 +65,8 @@ fn common_length(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: u
     let bound = map.lanes[movement.lane].border(side)?;
     let turns_alike = |other: &usize| {
         let same_line = map.lanes[*other].bounds[side] == map.lanes[movement.lane].bounds[side];
-        let turn = traffic.of_lane(*other).map(|x| traffic.movements[x].mover.turn);
-        !same_line && turn == Some(movement.mover.turn)
+        let turn = traffic.of_lane(*other).map(|x| traffic.movements[x].ranked.turn);
+        !same_line && turn == Some(movement.ranked.turn)
     };
     let siblings = map.siblings(movement.lane).filter(turns_alike);
     let others: Vec<Polyline> = siblings.filter_map(|lane| map.lanes[lane].border(side)).collect();

@@ -33,7 +33,7 @@ pub fn phases(map: &MapIndex, intersection: usize, entries: &[&IntersectionSetti
 /// The phases of an entry that name an approach without traffic lights, by index, each with a message.
 pub fn faults(map: &MapIndex, intersection: usize, entry: &IntersectionSettings) -> Vec<(usize, String)> {
     let movements = &map.traffic[intersection].movements;
-    let signalised = |x: usize| movements[x].mover.signalised;
+    let signalised = |x: usize| movements[x].ranked.signalised;
     let named = entry.phases.iter().enumerate().flat_map(|(phase, names)| names.iter().map(move |name| (phase, name)));
     let unsignalised = named.filter(|(_, name)| !map.movements_named(intersection, name).into_iter().any(signalised));
     unsignalised

@@ -106,8 +106,8 @@ pub fn drivable<'a>(map: &'a MapIndex, traffic: &'a Traffic) -> impl Iterator<It
 
 /// Whether a movement enters the intersection and waits there for oncoming traffic.
 fn waits_inside(movement: &Movement) -> bool {
-    let mover = movement.mover;
-    mover.turn == Turn::Far && (mover.signalised || mover.priority == Some(true))
+    let ranked = movement.ranked;
+    ranked.turn == Turn::Far && (ranked.signalised || ranked.priority == Some(true))
 }
 
 /// The line before the first lane to which a lane gives way; `None` if a car does not fit before it.

@@ -81,7 +81,7 @@ impl TracedBounds {
         let painted = moved_start(&best.line, lane.start.points[best.side]);
         let painted = Polyline::new(painted).ok_or("its places are one and the same")?;
         let alike = drivable(map, traffic).filter(|other| {
-            map.lanes[other.lane].start.ids == lane.start.ids && other.mover.turn == best.movement.mover.turn
+            map.lanes[other.lane].start.ids == lane.start.ids && other.ranked.turn == best.movement.ranked.turn
         });
         let mut bounds: Vec<TracedBound> = Vec::new();
         for other in alike.map(|other| &map.lanes[other.lane]) {

@@ -64,7 +64,7 @@ impl VirtualLights {
             let others: Vec<&str> = others.map(|(_, arm)| arm.compass).collect();
             return Err(format!("no lane leads in from {}; there are {}", settings.approach, others.join(", ")));
         }
-        let signalised = |movement: &Movement| arms.contains(&movement.from) && movement.mover.signalised;
+        let signalised = |movement: &Movement| arms.contains(&movement.from) && movement.ranked.signalised;
         if drivable(map, traffic).any(signalised) {
             return Err(format!(
                 "traffic lights rule {}; take them out of the input where an infrastructure gives leave instead",

@@ -1,4 +1,4 @@
-//! Defaults for missing tags: by class, or by the settings.
+//! Defaults for missing tags, by class or by the settings: how many lanes a road has, how wide they are.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::settings::{AssumeSettings, Highway};

@@ -80,7 +80,7 @@ impl IntersectionAssembly<'_> {
             .collect()
     }
 
-    pub(super) fn movers(
+    pub(super) fn ranked_movements(
         &self,
         arms: &[&Arm],
         paths: &[TurningLanelet],

@@ -260,7 +260,7 @@ fn is_sure(map: &MapIndex, traffic: &Traffic, x: usize, y: usize) -> bool {
     let [me, other] = [x, y].map(|at| &traffic.movements[at]);
     let goes_on = || {
         let mut along = traffic.movements.iter().filter(|one| one.from == me.from && one.to == other.from);
-        along.any(|one| one.mover.turn == Turn::Straight && map.lanes[one.lane].is_for_cars())
+        along.any(|one| one.ranked.turn == Turn::Straight && map.lanes[one.lane].is_for_cars())
     };
     traffic.signalised || traffic.rank != Rank::Unknown || traffic.relation(x, y) == Relation::Same || goes_on()
 }

@@ -121,7 +121,7 @@ impl<'a> Case<'a> {
     }
 
     fn yields(&self, name: &str) -> Vec<&str> {
-        let movers: Vec<RankedMovement> = self
+        let ranked: Vec<RankedMovement> = self
             .names
             .iter()
             .zip(&self.bicycles)
@@ -137,7 +137,7 @@ impl<'a> Case<'a> {
         let index = |n: &str| self.names.iter().position(|other| other == n).unwrap();
         let x = index(name);
         let conflicts: Vec<usize> = self.conflicts[x].iter().map(|c| index(c)).collect();
-        let mut found: Vec<&str> = super::yields(x, &movers, &conflicts, |a, b| relation(movers[a].arm, movers[b].arm))
+        let mut found: Vec<&str> = super::yields(x, &ranked, &conflicts, |a, b| relation(ranked[a].arm, ranked[b].arm))
             .into_iter()
             .map(|y| self.names[y].as_str())
             .collect();

@@ -36,15 +36,15 @@ pub(crate) fn rights_of_way(
     assembly: &mut MapBuilder,
     legs: &[usize],
     paths: &[TurningLanelet],
-    movers: &[RankedMovement],
+    ranked: &[RankedMovement],
     conflicts: &Conflicts,
     phases: &[Vec<usize>],
 ) {
     let heading_of = headings(legs, paths);
     let opposite = opposites(&heading_of, OPPOSITE);
     let legs = legs_by_light(legs, paths, &heading_of);
-    let phase = |mover: usize| phases.iter().position(|arms| arms.contains(&movers[mover].arm));
-    let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
+    let phase = |x: usize| phases.iter().position(|arms| arms.contains(&ranked[x].arm));
+    let relation = |x: usize, y: usize| match [x, y].map(|at| legs[ranked[at].arm]) {
         [a, b] if a == b => Relation::Same,
         _ if phase(x).is_some() && phase(y).is_some() => {
             if phase(x) == phase(y) {
@@ -60,9 +60,9 @@ pub(crate) fn rights_of_way(
         // Autoware's routing graph for cars has no bus lanes, so it does not watch them.
         let watched: Vec<usize> =
             conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
-        let mut yields = yields(x, movers, &watched, relation);
+        let mut yields = yields(x, ranked, &watched, relation);
         // Autoware would wait for lanelets that only touch this one.
-        if !(movers[x].signalised && movers[x].turn == Turn::Straight) {
+        if !(ranked[x].signalised && ranked[x].turn == Turn::Straight) {
             yields.extend(conflicts.touching(x).filter(|&y| paths[y].kind != StripKind::Bus));
             yields.sort_unstable();
         }

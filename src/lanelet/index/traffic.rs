@@ -37,27 +37,27 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         };
         let signalised = map.is_signalised(map.lanes[lane].id);
         let bicycle = map.lanes[lane].bicycle;
-        let mover = RankedMovement { arm: from, turn, signalised, controlled: true, priority: None, bicycle };
-        movements.push(Movement { lane, from, to, mover });
+        let ranked = RankedMovement { arm: from, turn, signalised, controlled: true, priority: None, bicycle };
+        movements.push(Movement { lane, from, to, ranked });
     }
     let together = together(map, intersection, &movements);
     let named = UserNames::new(map, intersection, at, &movements);
     let first = named.priority_arms();
     let (prohibited, guide_lines, phases) = (named.prohibited(), named.guide_lines(), named.phases());
-    let signalised = movements.iter().any(|movement| movement.mover.signalised);
+    let signalised = movements.iter().any(|movement| movement.ranked.signalised);
     let mut traffic = Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
     if traffic.signalised {
         let controlled = priority::controlled(map, &traffic.movements);
         // A movement without a light gives way to those with one.
         for (at, movement) in traffic.movements.iter_mut().enumerate() {
-            movement.mover.priority = Some(movement.mover.signalised);
-            movement.mover.controlled = controlled[at] || !traffic.phases[at].is_empty();
+            movement.ranked.priority = Some(movement.ranked.signalised);
+            movement.ranked.controlled = controlled[at] || !traffic.phases[at].is_empty();
         }
         traffic.rank = Rank::Known;
     } else {
         let (priorities, rank) = priority::priorities(map, intersection, &traffic.movements, &first);
         for (movement, priority) in traffic.movements.iter_mut().zip(priorities) {
-            movement.mover.priority = priority;
+            movement.ranked.priority = priority;
         }
         traffic.rank = rank;
     }
