@@ -41,7 +41,7 @@ pub struct Fault {
     /// Whether `fix` mends it: `safe`, `needs review`, or `never:` and why. Every fault of a map has it.
     #[serde(default, skip_serializing)]
     pub fix: Option<String>,
-    /// What a fix that needs a look takes for granted, in one sentence.
+    /// What a fix that needs review takes for granted, in one sentence.
     #[serde(default, skip_serializing)]
     pub assumes: Option<String>,
     /// Codes under which the validator of TIER IV reports the same; empty if it does not.

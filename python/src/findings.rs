@@ -171,7 +171,7 @@ impl Fix {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Fix {:?}, {}>", self.title(), if self.safe() { "safe" } else { "needs a look" })
+        format!("<Fix {:?}, {}>", self.title(), if self.safe() { "safe" } else { "needs review" })
     }
 }
 

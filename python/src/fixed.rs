@@ -20,7 +20,7 @@ use crate::{errors, json, work};
 ///
 /// Args:
 ///     map: A .osm file, a directory of .osm files, a map directory, the content of a .osm file as bytes, or a BuiltMap.
-///     unsafe: Whether to make fixes, too, that need a look afterwards.
+///     unsafe: Whether to make fixes, too, that need review afterwards.
 ///     write: Whether to change the files in place, all or none.
 ///     profile: Whose reading of the requirements counts: 'ours' or 'tier4'.
 ///     select: Only what these rules or faults find: a str with commas, or a list of str.
@@ -163,7 +163,7 @@ impl FixResult {
         self.left.clone_ref(py)
     }
 
-    /// How many of the findings left have a fix that needs a look first.
+    /// How many of the findings left have a fix that needs review first.
     #[getter]
     fn unsafe_left(&self) -> usize {
         self.mended.unsafe_left

@@ -54,7 +54,7 @@ pub(super) struct ProjectorFile {
 
 impl ProjectorFile {
     /// The one that a map lacks: with the projector that its coordinates tell, or with the MGRS square to which Autoware falls back. Heights
-    /// are taken to be from the ellipsoid, as Autoware does: that is why it needs a look.
+    /// are taken to be from the ellipsoid, as Autoware does: that is why it needs review.
     pub(super) fn missing(map: &Loaded) -> Option<Self> {
         let needed = map.faults.iter().find_map(|fault| match fault.condition {
             Condition::ProjectorInfo(InfoFault::Missing { needed, .. }) => Some(needed.unwrap_or(map.projector)),

@@ -60,7 +60,7 @@ pub struct CheckArgs {
     /// Mend first what can be mended safely, in place
     #[arg(long, conflicts_with_all = ["watch", "write_baseline"])]
     pub fix: bool,
-    /// With --fix: make fixes that need a look afterwards, too
+    /// With --fix: make fixes that need review afterwards, too
     #[arg(long, requires = "fix")]
     pub r#unsafe: bool,
     /// Check again whenever a file changes, until Ctrl-C

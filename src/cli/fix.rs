@@ -26,10 +26,10 @@ pub struct FixArgs {
     /// Write pictures of the places that are mended, before and after side by side, and a page to look through
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
-    /// Make fixes that need a look afterwards, too
+    /// Make fixes that need review afterwards, too
     #[arg(long)]
     pub r#unsafe: bool,
-    /// Show the fixes that need a look one after another at the terminal, and ask about each; nothing is written before you say so
+    /// Show the fixes that need review one after another at the terminal, and ask about each; nothing is written before you say so
     #[arg(long, conflicts_with_all = ["diff", "pictures", "unsafe", "allow_warnings", "show"])]
     pub interactive: bool,
     /// Mend nothing that this file lists; --interactive writes rejected fixes into it, with reasons [default there: baseline.json

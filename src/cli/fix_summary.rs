@@ -36,7 +36,7 @@ pub fn summary(mended: &Mended) -> String {
     }
     text += &format!("; left: {errors} errors, {warnings} warnings");
     if mended.unsafe_left > 0 {
-        text += &format!(", {} of them with a fix that needs a look (--unsafe)", mended.unsafe_left);
+        text += &format!(", {} of them with a fix that needs review (--unsafe)", mended.unsafe_left);
     }
     text += "\n";
     if mended.revealed > 0 {
@@ -62,8 +62,8 @@ pub fn change(mended: &Mended) -> String {
     };
     let look = match mended.to_look_at {
         0 => String::new(),
-        1 => ", 1 of the fixes made needs a look".to_owned(),
-        many => format!(", {many} of the fixes made need a look"),
+        1 => ", 1 of the fixes made needs review".to_owned(),
+        many => format!(", {many} of the fixes made need review"),
     };
     let more = match warnings {
         (1.., "more") => {

@@ -183,7 +183,7 @@ pub fn text(of: &Path, map: &MergedMap) -> String {
     }
     let conflicts = map.conflicts.len();
     if conflicts > 0 {
-        text += &format!("{}; the result says what is marked\n", crate::text::counted(conflicts, "conflict"));
+        text += &format!("{}; the result has what is marked\n", crate::text::counted(conflicts, "conflict"));
     }
     text
 }

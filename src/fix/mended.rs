@@ -15,7 +15,7 @@ pub struct Mended {
     pub left: Vec<Diagnostic>,
     /// What was done, in order.
     pub done: Vec<Mend>,
-    /// How many of these fixes need a look now.
+    /// How many of these fixes need review now.
     pub to_look_at: usize,
     /// The elements that fixes have drawn, each with the place of its fix in `done`, as (kind, id).
     pub drawn: Vec<(usize, ElementKind, i64)>,
@@ -27,7 +27,7 @@ pub struct Mended {
     pub refused: Vec<(Mend, String)>,
     /// How many of these were not tried, because as much was judged before as may be in proportion to the map.
     pub untried: usize,
-    /// How many of the findings left have a fix that needs a look first.
+    /// How many of the findings left have a fix that needs review first.
     pub unsafe_left: usize,
     /// The codes of which there are more warnings than before, each with how many more.
     pub more_warnings: BTreeMap<String, usize>,
@@ -36,7 +36,7 @@ pub struct Mended {
 }
 
 impl Mended {
-    /// Notes a fix beside the map that was made before all others, needs a look, and mends a finding of this severity.
+    /// Notes a fix beside the map that was made before all others, needs review, and mends a finding of this severity.
     pub fn made_first(&mut self, mend: Mend, severity: Severity) {
         self.done.insert(0, mend);
         self.drawn.iter_mut().for_each(|(at, ..)| *at += 1);

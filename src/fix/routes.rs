@@ -1,4 +1,4 @@
-//! Holds fixes to what they may do to routes: a safe one changes none, one that needs a look takes no way on, unless the finding is
+//! Holds fixes to what they may do to routes: a safe one changes none, one that needs review takes no way on, unless the finding is
 //! about that.
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -29,7 +29,7 @@ pub fn may_change(one: &Proposal) -> bool {
 /// A lanelet that was cut leads on through so many pieces at most.
 const MOST_PIECES: usize = 4;
 
-/// The fixes that change a route that no finding of the batch is about, each with the reason. Of those that need a look, this is so
+/// The fixes that change a route that no finding of the batch is about, each with the reason. Of those that need review, this is so
 /// only where somebody can no longer drive on, not even through lanelets that are new or longer now.
 pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
     let mut refused: FxHashMap<usize, String> = FxHashMap::default();

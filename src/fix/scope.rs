@@ -5,7 +5,7 @@ use crate::diagnostic::{Diagnostic, Edit, Fix, Severity};
 /// What somebody lets the program do to a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scope {
-    /// Also fixes that need a look afterwards.
+    /// Also fixes that need review afterwards.
     pub unsafe_too: bool,
     /// Also fixes that only give elements new ids.
     pub ids_too: bool,
@@ -16,7 +16,7 @@ pub struct Scope {
 }
 
 impl From<bool> for Scope {
-    /// All findings are mended; says whether fixes are made that need a look.
+    /// All findings are mended; says whether fixes are made that need review.
     fn from(unsafe_too: bool) -> Self {
         Self { unsafe_too, ids_too: false, warnings_too: true, least: Severity::Info }
     }

@@ -141,7 +141,7 @@ fn write_places(out: &mut dyn Write, report: &Report<'_>, members: &[&Diagnostic
 fn how_fixed(members: &[&Diagnostic]) -> Option<String> {
     if let [one] = members {
         let fix = one.finding.fix.as_ref()?;
-        let look = if fix.safe { "" } else { " (needs a look: --unsafe)" };
+        let look = if fix.safe { "" } else { " (needs review: --unsafe)" };
         return Some(format!("{}{look}", visible(&fix.title)));
     }
     let (safe, others) = fixes(members.iter().copied());
@@ -150,7 +150,7 @@ fn how_fixed(members: &[&Diagnostic]) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// How many findings have a fix that is safe, and how many one that needs a look.
+/// How many findings have a fix that is safe, and how many one that needs review.
 fn fixes<'a>(found: impl Iterator<Item = &'a Diagnostic>) -> (usize, usize) {
     found
         .filter_map(|one| one.finding.fix.as_ref())
@@ -193,10 +193,10 @@ fn write_next(
     }
     let fix = match fixes(report.diagnostics.iter()) {
         (0, 0) => None,
-        (0, others) => Some((" --unsafe", format!("{others} that need a look; --diff shows how"))),
+        (0, others) => Some((" --unsafe", format!("{others} that need review; --diff shows how"))),
         (safe, 0) => Some(("", format!("{safe} safely; --diff shows how"))),
         (safe, others) => {
-            Some(("", format!("{safe} safely, with --unsafe {others} more that need a look; --diff shows how")))
+            Some(("", format!("{safe} safely, with --unsafe {others} more that need review; --diff shows how")))
         }
     };
     if let (true, Some((how, what))) = (next.fixable, fix) {

@@ -141,7 +141,7 @@ fn judge_bounds(map: &MapIndex, moves: &RoutingMoves, lane: &Lane) -> Vec<Findin
     findings
 }
 
-/// Adds the edit that forbids lane changes over a bound. Where vehicles change lanes there now, it needs a look; where that is the only way
+/// Adds the edit that forbids lane changes over a bound. Where vehicles change lanes there now, it needs review; where that is the only way
 /// into a lane or out of it, there is none.
 fn closed(map: &MapIndex, moves: &RoutingMoves, finding: Finding, lane: &Lane, way: LineStringId) -> Finding {
     let Some(at) = map.lane(lane.id) else { return finding };

@@ -90,7 +90,7 @@ fn judge_ring(
         let message = format!("Outline of area {}: it runs over node {id} twice.", area.id);
         let finding = Finding::new("invalid", subject, message).with(Subject::Point(id.0), "node");
         let finding = place_of(map, id).map_or(finding.clone(), |p| finding.at(Place::Point(p)));
-        // Twice in a row is a slip of the hand; anything else needs a look.
+        // Twice in a row is a slip of the hand; anything else needs review.
         let edits = vec![Edit::RemoveVertex { way: subject, position }];
         let twice = position > 0 && open[position - 1] == id;
         findings.push(match twice {

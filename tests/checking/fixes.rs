@@ -217,7 +217,7 @@ fn the_file_of_the_projector_is_written_beside_the_map() {
     let fixed = |unsafe_too: bool| {
         lanewright::fix(map.clone(), &FixOptions { scope: unsafe_too.into(), ..FixOptions::default() }).unwrap()
     };
-    assert!(!fixed(false).diff().contains("projector_type"), "heights are taken from the ellipsoid: it needs a look");
+    assert!(!fixed(false).diff().contains("projector_type"), "heights are taken from the ellipsoid: it needs review");
     let all = fixed(true);
     assert!(all.diff().contains("+projector_type: Local"), "{}", all.diff());
     all.write().unwrap();

@@ -13,7 +13,7 @@ pub struct ViewArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --build
     /// OpenStreetMap data
     pub map: PathBuf,
-    /// Review the fixes that need a look, one after another: accept or reject them, edit the map, and save. Nothing is written before
+    /// Show the fixes that need review, one after another: accept or reject them, edit the map, and save. Nothing is written before
     /// that
     #[arg(long, conflicts_with = "build")]
     pub review: bool,
@@ -37,7 +37,7 @@ pub struct ViewArgs {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
-    /// Show fixes that need a look afterwards, too
+    /// Show fixes that need review afterwards, too
     #[arg(long, conflicts_with_all = ["build", "review"])]
     pub r#unsafe: bool,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-// A review: the fixes that need a look, one after another; what is decided, and saving it.
+// A review: the fixes that need review, one after another; what is decided, and saving it.
 
 const review = {
   /** Number of the fix that is looked at, or null, and the key of its finding. */
