@@ -46,7 +46,7 @@ pub struct DrawArgs {
     /// Pixels per metre; without it, whatever fits a screen
     #[arg(long, value_name = "PX")]
     pub scale: Option<f64>,
-    /// Write the ids of lanelets, intersection areas and regulatory elements, where they have room
+    /// Write the ids of lanelets, intersection areas and regulatory elements, where they fit
     #[arg(long)]
     pub ids: bool,
     /// Least severity of findings that are drawn
