@@ -1,8 +1,9 @@
 // The list of findings: the worst first, what is alike under one row with its first places, the rest counted. Only rows in
 // sight exist, so a hundred thousand findings scroll like ten.
 
-/** Heights of rows: a finding or a group, a heading, a line. */
+/** Heights of rows: a finding or a group of two lines of text and of one, a heading, a line. */
 const ROW = 66;
+const SHORT_ROW = 49;
 const HEAD = 36;
 const LINE = 28;
 /** Findings of a closed group that have a line. */
@@ -15,7 +16,7 @@ function startList() {
   list.inner = make('div', { class: 'rows', role: 'presentation' });
   list.element.append(list.inner);
   list.element.addEventListener('scroll', drawRows, { passive: true });
-  new ResizeObserver(drawRows).observe(list.element);
+  new ResizeObserver(() => { if (list.width === textWidth()) drawRows(); else layRows(); }).observe(list.element);
   list.element.addEventListener('keydown', (event) => {
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[event.key];
     if (step === undefined) return;
@@ -48,8 +49,21 @@ function runs(findings, same) {
 /** What a group is called from one version of the map to the next. */
 const groupName = ({ severity, code, group }) => `${severity} ${code} ${state.report.groups[group].sentence}`;
 
+/** How broad the text of a row may be: the list but for its padding and the dots. */
+const textWidth = () => list.element.clientWidth - 60;
+
+/** The height of a row: as much as its text takes. */
+function heightOf(text) {
+  // Hardly any letter is broader than this or narrower than that, in pixels.
+  if (text.length * 4.5 > list.width) return ROW;
+  return text.length * 10 > list.width && list.pen.measureText(text).width > list.width ? ROW : SHORT_ROW;
+}
+
 /** Headings, groups, findings and counts with where each starts. */
 function layRows() {
+  list.width = textWidth();
+  list.pen ??= document.createElement('canvas').getContext('2d');
+  list.pen.font = `13.5px ${getComputedStyle(list.element).fontFamily}`;
   list.rows = [];
   list.top = [];
   let y = 0;
@@ -71,9 +85,9 @@ function layRows() {
 }
 
 function layGroup(group, add) {
-  if (group.length === 1) { add({ finding: group[0], draw: () => findingRow(group[0]) }, ROW); return; }
+  if (group.length === 1) { add({ finding: group[0], draw: () => findingRow(group[0]) }, heightOf(group[0].message)); return; }
   const open = list.open.has(groupName(group[0]));
-  add({ draw: () => groupRow(group) }, ROW);
+  add({ draw: () => groupRow(group) }, heightOf(`${group.length} × ${state.report.groups[group[0].group].sentence}`));
   // A line that says there is one more takes as much room as that one.
   const few = group.length <= PLACES + 1;
   for (const finding of open || few ? group : group.slice(0, PLACES)) add({ finding, draw: () => memberRow(finding) }, LINE);
