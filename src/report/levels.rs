@@ -48,7 +48,12 @@ pub struct Level<'m> {
 impl Levels {
     /// Compares the heights of all surfaces of the map where they overlap. A map without heights, or a flat one, has one level.
     pub fn of(map: &LaneletMap) -> Self {
-        let surfaces = Surfaces::of(map);
+        Self::within(map, [Point::new(f64::MIN, f64::MIN), Point::new(f64::MAX, f64::MAX)])
+    }
+
+    /// The same of a part of the map, between two corners: what lies outside is on level 0.
+    pub fn within(map: &LaneletMap, part: [Point; 2]) -> Self {
+        let surfaces = Surfaces::within(map, part);
         let of_each = surfaces.levels();
         let (lanelets, rest) = of_each.split_at(map.lanelets.len());
         let (polygons, areas) = rest.split_at(map.polygons.len());
@@ -178,7 +183,7 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    fn of(map: &LaneletMap) -> Self {
+    fn within(map: &LaneletMap, [south_west, north_east]: [Point; 2]) -> Self {
         let count = map.lanelets.len() + map.polygons.len() + map.areas.len();
         let heights = map.points.iter().filter_map(|point| point.ele()).filter(|height| height.is_finite());
         let range = [f64::INFINITY, f64::NEG_INFINITY];
@@ -195,6 +200,12 @@ impl Surfaces {
         let mut all: Vec<Option<Surface>> = lanelets.collect();
         all.extend(map.polygons.iter().map(|polygon| Surface::of(map, polygon.points.iter().copied())));
         all.extend(map.areas.iter().map(|area| Surface::of(map, area.points.iter().copied())));
+        let is_seen = |&[low, high]: &[Point; 2]| {
+            low.x <= north_east.x && low.y <= north_east.y && high.x >= south_west.x && high.y >= south_west.y
+        };
+        for surface in &mut all {
+            *surface = surface.take().filter(|surface| is_seen(&surface.extent));
+        }
         let boxed = all.iter().enumerate().filter_map(|(at, surface)| {
             let [low, high] = surface.as_ref()?.extent;
             Some(GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at))

@@ -126,7 +126,7 @@ pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
 /// The same for a part of the plane that is known already.
 pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options: &Options) -> String {
     let mut canvas = Canvas::new(view);
-    let levels = Levels::of(map);
+    let levels = Levels::within(map, [view.min, view.max]);
     for (at, level) in levels.split(map).iter().enumerate() {
         // The names of the lowest level stand alone.
         let of_level = |name: &str| if at == 0 { name.to_owned() } else { format!("{name}-above-{at}") };

@@ -89,6 +89,11 @@ function resize() {
   Object.assign(view, { width: clientWidth, height: clientHeight });
   view.canvas.width = Math.max(Math.round(clientWidth * view.ratio), 1);
   view.canvas.height = Math.max(Math.round(clientHeight * view.ratio), 1);
+  // A canvas of another size is black until it is drawn on, which happens a frame later.
+  if (view.context) {
+    view.context.fillStyle = palette().ground;
+    view.context.fillRect(0, 0, view.canvas.width, view.canvas.height);
+  }
   ask();
 }
 
