@@ -20,8 +20,8 @@ impl Labels {
     /// Writes words centred on a place in metres and lifted by `lift` pixels, `height` pixels high, if nothing stands there.
     /// Says whether there was room.
     pub fn write(&mut self, canvas: &mut Canvas, class: &str, at: Point, lift: f64, text: &str, height: f64) -> bool {
-        // Half a letter stays free around each word.
-        let half = Vector::new(lettering::width(text, height) + height, 2.0 * height) / 2.0;
+        // Half a letter stays free above and below each word, a whole one on each side.
+        let half = Vector::new(lettering::width(text, height) / 2.0 + height, height);
         let middle = canvas.view.pixel(at) - Vector::new(0.0, lift);
         let [low, high] = [middle - half, middle + half].map(|corner| [corner.x, corner.y]);
         if !low.iter().chain(&high).all(|number| number.is_finite()) {
