@@ -4,7 +4,7 @@
 # One would guess: 7 decimals (the default of GeoJSONSeq and of RFC7946=YES, or COORDINATE_PRECISION=7) are rounded to the nearest, so that
 #   no coordinate changes by more than half of the last decimal, 0.6 cm on the ground.
 # What happens: a last digit behind five zeros or five nines is taken for noise of binary numbers and dropped, if the number has more than
-#   ten characters, point and sign included. So it hits longitudes from 100 degrees east and from 10 degrees west: where a coordinate happens
+#   ten characters, point and sign included. So it hits longitudes from 100 degrees east and from 10 degrees west on: where one happens
 #   to be 139.7000009, it is written as 139.7, nine units of its last decimal away. 99.7000009 stays what it is, and so does a latitude
 #   of 35.5000009. Without the options, or with 9 decimals, nothing moves.
 # Source: GDAL, ogr/ogrutils.cpp, OGRFormatDouble; here through the wheel of pyogrio, which brings GDAL.
