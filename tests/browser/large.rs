@@ -21,7 +21,7 @@ use crate::common::{root, soak};
 /// Bytes of XML with and without LANEWRIGHT_SOAK.
 const SIZES: [usize; 2] = [100_000_000, 2_000_000];
 /// Degrees between two copies of the crossing: some 350 m north, 330 m east.
-const STEP: (f64, f64) = (0.0032, 0.0045);
+const COPY_SPACING: (f64, f64) = (0.0032, 0.0045);
 
 /// The text of one copy of a map: other ids, another place. Our maps have one tag a line.
 fn copy(map: &str, number: usize, columns: usize, out: &mut String) {
@@ -39,8 +39,12 @@ fn copy(map: &str, number: usize, columns: usize, out: &mut String) {
                 change(&mut line, key.1, |id| (id.parse::<i64>().unwrap() + number as i64 * 7_919).to_string());
             }
         }
-        change(&mut line, " lat=\"", |lat| format!("{:.11}", lat.parse::<f64>().unwrap() + row as f64 * STEP.0));
-        change(&mut line, " lon=\"", |lon| format!("{:.11}", lon.parse::<f64>().unwrap() + column as f64 * STEP.1));
+        change(&mut line, " lat=\"", |lat| {
+            format!("{:.11}", lat.parse::<f64>().unwrap() + row as f64 * COPY_SPACING.0)
+        });
+        change(&mut line, " lon=\"", |lon| {
+            format!("{:.11}", lon.parse::<f64>().unwrap() + column as f64 * COPY_SPACING.1)
+        });
         out.push_str(&line);
         out.push('\n');
     }

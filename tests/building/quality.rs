@@ -113,7 +113,7 @@ fn in_total(ours: &BTreeMap<String, Value>, theirs: &BTreeMap<String, Value>) ->
 }
 
 /// Widths come from tags in decimetres or finer, and streets lie on a grid of micrometres.
-const SAME: f64 = 1e-5;
+const SAME_WIDTH: f64 = 1e-5;
 
 #[test]
 fn no_road_is_narrower_than_its_tags_or_its_class_say() {
@@ -133,7 +133,7 @@ fn no_road_is_narrower_than_its_tags_or_its_class_say() {
         }
         for road in &plan.streets.network.roads {
             let said: Vec<_> = road.ways.iter().filter_map(|way| tagged.get(way)).flatten().collect();
-            let as_said = |kind, width: f64| said.iter().any(|(k, w)| *k == kind && (w - width).abs() < SAME);
+            let as_said = |kind, width: f64| said.iter().any(|(k, w)| *k == kind && (w - width).abs() < SAME_WIDTH);
             // The island between two carriageways that became one road is drawn, not tagged.
             let strips = road.section.strips.iter().filter(|s| !s.width_guessed && s.kind != StripKind::Buffer);
             let lost = strips.filter(|strip| !as_said(strip.kind, strip.width)).map(|strip| strip.width);
@@ -141,7 +141,7 @@ fn no_road_is_narrower_than_its_tags_or_its_class_say() {
                 lost.map(|width| format!("{}: {} has {width} m, which no tag says", input.display(), road.key)),
             );
             let floor = road.ways.iter().filter_map(|way| least.get(way)).copied().fold(f64::INFINITY, f64::min);
-            if narrowest(road) < floor - SAME {
+            if narrowest(road) < floor - SAME_WIDTH {
                 narrow.push(format!("{}: {} has a lane of {:.2} m", input.display(), road.key, narrowest(road)));
             }
         }

@@ -10,13 +10,13 @@ use crate::common::routes::changed_unasked;
 use crate::common::soak;
 
 /// Every so many kinds of mutations, or all in a soak.
-const STEP: usize = 4;
+const EVERY_NTH_KIND: usize = 4;
 
 #[test]
 fn no_safe_fix_of_a_broken_map_changes_a_route() {
     let bases = bases();
     let dir = tempfile::tempdir().unwrap();
-    let step = if soak() { 1 } else { STEP };
+    let step = if soak() { 1 } else { EVERY_NTH_KIND };
     let mut files: Vec<PathBuf> = Vec::new();
     for (at, kind) in all_kinds().enumerate().step_by(step) {
         for (_, seed, draft, _) in broken(&bases, at, kind).take(if soak() { 4 } else { 1 }) {

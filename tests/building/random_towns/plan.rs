@@ -33,9 +33,9 @@ pub struct Plan {
 }
 
 /// Two nodes nearer than this, metres, are one.
-const SAME: f64 = 1.0;
+const SAME_NODE: f64 = 1.0;
 /// Ways without a common node are drawn at least so far apart, metres.
-const NEAR: f64 = 4.0;
+const LEAST_GAP: f64 = 4.0;
 /// Metres of a degree of latitude.
 const DEGREE: f64 = 111_200.0;
 
@@ -123,10 +123,10 @@ impl Plan {
         for (i, pair) in nodes.windows(2).enumerate() {
             let [a, b] = [self.place(pair[0]), self.place(pair[1])];
             let piece = distance(a, b);
-            if far < SAME && i > 0 {
+            if far < SAME_NODE && i > 0 {
                 return i;
             }
-            if far + SAME < piece {
+            if far + SAME_NODE < piece {
                 let node = self.node(between(a, b, far / piece), "");
                 self.ways[way].nodes.insert(i + 1, node);
                 return i + 1;
@@ -152,7 +152,7 @@ impl Plan {
         let ends = |pair: &[usize]| [self.place(pair[0]), self.place(pair[1])];
         new.nodes.windows(2).any(|a| {
             let apart = |b: &&[usize]| !a.iter().any(|node| b.contains(node));
-            let near = |b: &[usize]| segments_within(ends(a), ends(b), NEAR);
+            let near = |b: &[usize]| segments_within(ends(a), ends(b), LEAST_GAP);
             old.nodes.windows(2).filter(apart).any(near)
         })
     }
