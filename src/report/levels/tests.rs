@@ -6,8 +6,11 @@ use crate::lanelet::{
 
 use super::*;
 
-/// A map of strips from a corner, `size` wide and long, at the heights of its start and end: lanelets 1, 2, ... with the bounds 10, 11, 20, 21, ...
-fn strips(of_each: &[((f64, f64), (f64, f64), [f64; 2])]) -> LaneletMap {
+/// South-west corner, size to the east and north, heights of start and end.
+type Strip = ((f64, f64), (f64, f64), [f64; 2]);
+
+/// A map of strips, each a lanelet along its longer side: 1, 2, ... with the bounds 10, 11, 20, 21, ...
+fn strips(of_each: &[Strip]) -> LaneletMap {
     let mut map = LaneletMap::default();
     for (at, &((x, y), (wide, long), [start, end])) in of_each.iter().enumerate() {
         let base = (at as i64 + 1) * 10;
