@@ -228,13 +228,14 @@ fn nodes_are_dragged_by_hand() {
     page.said(|| browser.press("u"));
     assert_eq!(page.pane("unsaved"), "");
 
-    // An end of a bound becomes the node that it is let fall onto; on nothing it stays where it is.
+    // An end of a bound becomes the node that it is let fall onto, the nearest of those that lie there.
     page.choose(&lanelet_with_yield(&before));
     let ends = page.handles();
-    let ([from, onto], [[x, y], there]) = ([&ends[0].0, &ends[2].0], [ends[0].1, ends[2].1]);
-    browser.drag([x, y], there, None);
-    browser.wait("document.getElementById('pane-review').dataset.unsaved");
-    assert_eq!(page.pane("said").split(" (").next().unwrap(), format!("edited: node {from} becomes node {onto}"));
+    let (from, there) = (ends[0].clone(), ends[2].1);
+    let said = page.said(|| browser.drag(from.1, there, None));
+    let onto = said.strip_prefix(&format!("edited: node {} becomes node ", from.0)).unwrap_or_else(|| panic!("{said}"));
+    let (from, onto) = (from.0, onto.split(' ').next().unwrap());
+    assert_eq!(page.pane("unsaved"), "yes");
     let said = page.said(|| browser.press("w"));
     assert!(said.starts_with("saved"), "{said}");
     let after = fs::read_to_string(file).unwrap();
