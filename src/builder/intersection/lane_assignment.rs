@@ -2,6 +2,7 @@
 //! lanes lead on in order, so that the movements of neighbours never cross.
 
 mod arrow_targets;
+mod side_by_side;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +15,8 @@ use crate::geometry::{angle_between, cross};
 
 use super::movement_types::{Movement, TurnTarget};
 use arrow_targets::{arrow_goals, is_untold, turns_towards};
+
+pub use side_by_side::keep_to_own_side;
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
@@ -43,6 +46,7 @@ pub fn assign_lanes(
         }
         all.append(&mut approach.movements);
     }
+    side_by_side::keep_order(restrictions, (arms, targets), &mut all);
     reach_all(arms, &mut all, &[]);
     all.sort_unstable();
     all.dedup();

@@ -10,7 +10,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, cross, curve};
 
-use super::lane_assignment::{assign_lanes, lead_on, reach_all};
+use super::lane_assignment::{assign_lanes, keep_to_own_side, lead_on, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
 use super::street_path::{RADIUS_LEAST, RADIUS_TOLD, SWAY_MOST, StreetPaths};
 use super::turn_centerline::{MovementEnds, common_ground};
@@ -47,6 +47,9 @@ pub fn movements(
     let joined = joined_arms(network, intersection);
     let mut targets: Vec<Vec<TurnTarget>> =
         (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, (&arms, &joined), from)).collect();
+    if intersection.signals {
+        keep_to_own_side(restrictions, &arms, &mut targets);
+    }
     let mut u_turns = remove_u_turns(paths, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
     let mut all = assign_lanes(side, restrictions, &arms, &targets, &with_arrows);

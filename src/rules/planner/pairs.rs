@@ -33,21 +33,22 @@ pub fn judge(all: &Watching) -> Vec<Finding> {
         by_intersection.entry(of).or_default().push(pair);
     }
     findings.extend(by_intersection.values().filter_map(|pairs| {
-        let worse = pairs.iter().find(|pair| !are_opposite_far_turns(all, pair.lanelets));
+        let worse = pairs.iter().find(|pair| !are_equals_by_law(all, pair.lanelets));
         let finding = found(all, worse.or(pairs.first())?, pairs.len() - 1);
         Some(if worse.is_some() { finding } else { finding.graded(Severity::Info) })
     }));
     findings
 }
 
-/// Whether two lanelets from opposite approaches both turn across the oncoming traffic. By law neither goes first, and drivers settle it
-/// among themselves: nothing in the map is wrong.
-fn are_opposite_far_turns(all: &Watching, [at, other]: [usize; 2]) -> bool {
+/// Whether two lanelets from opposite approaches both turn across the oncoming traffic, or neither does: those meet on a road so narrow
+/// that one lane serves both directions. By law neither goes first, and drivers settle it among themselves: nothing in the map is wrong.
+fn are_equals_by_law(all: &Watching, [at, other]: [usize; 2]) -> bool {
     let Some(lanes) = all.lane(at).zip(all.lane(other)).map(|(x, y)| [x, y]) else { return false };
     let Some((traffic, x, y)) = movements(all, lanes) else { return false };
-    let both_far = [x, y].iter().all(|&one| traffic.movements[one].ranked.turn == Turn::Far);
-    let [one, two] = lanes.map(|lane| all.map.lanes[lane].heading_in());
-    both_far && one.zip(two).is_some_and(|(x, y)| angle_between(x, y).abs().to_degrees() > 180.0 - OPPOSITE)
+    let [one, two] = [x, y].map(|at| traffic.movements[at].ranked);
+    let alike = (one.turn == Turn::Far) == (two.turn == Turn::Far) && one.priority == two.priority;
+    let [a, b] = lanes.map(|lane| all.map.lanes[lane].heading_in());
+    alike && a.zip(b).is_some_and(|(x, y)| angle_between(x, y).abs().to_degrees() > 180.0 - OPPOSITE)
 }
 
 /// The pairs of a lanelet and those that conflict with it. What holds for both is said once, of the first.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::builder::Built;
+use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::Polyline;
 use lanewright::lanelet::{Lanelet, LaneletMap, PointId};
 
@@ -451,5 +452,70 @@ fn no_border_runs_between_the_lanes_that_one_lane_becomes() {
         fan.sort_unstable();
         // One lane becomes two, and one of these two farther on.
         assert_eq!(fan, [[false, false], [false, true], [false, true], [true, false], [true, false]], "{side:?}");
+    }
+}
+
+/// The main and the service carriageway of a street arrive side by side at a street with lights, and go on as `exits` says.
+fn beside_the_main_carriageway(side: DrivingSide, exits: &[(i64, &[i64], &str)]) -> Built {
+    let signal = "highway=traffic_signals";
+    let main = "highway=primary oneway=yes lanes=2 name=Main";
+    let nodes = [
+        (1, 0.0, 0.0, signal),
+        (2, 0.0, -120.0, ""),
+        (3, 0.0, 120.0, ""),
+        (4, 12.0, -120.0, ""),
+        (5, 12.0, 0.0, signal),
+        (6, 12.0, 120.0, ""),
+        (7, -120.0, 0.0, ""),
+        (8, 120.0, 0.0, ""),
+    ];
+    let mut ways: Vec<(i64, &[i64], &str)> = vec![
+        (20, &[2, 1], main),
+        (21, &[4, 5], "highway=tertiary oneway=yes lanes=2 name=Main"),
+        (22, &[7, 1, 5, 8], "highway=secondary lanes=2 name=Across"),
+    ];
+    ways.extend(exits);
+    built(&network_of(side, &nodes, &ways), side, "")
+}
+
+/// Lanelets that go straight on from south to north: how far east, metres, the middle of their south and north ends lies, in order.
+fn straight_ways(built: &Built) -> Vec<[f64; 2]> {
+    let map = &built.map;
+    let straight = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "straight"));
+    let mut ways: Vec<[f64; 2]> = Vec::new();
+    for lanelet in straight {
+        let mut places: Vec<_> = [true, false]
+            .into_iter()
+            .flat_map(|first| ends(map, lanelet, first))
+            .map(|id| map.points.get(id).unwrap().position)
+            .collect();
+        places.sort_by(|a, b| a.y.total_cmp(&b.y));
+        if places[3].y - places[0].y > 15.0 {
+            ways.push([places[0].x + places[1].x, places[2].x + places[3].x].map(|sum| sum / 2.0));
+        }
+    }
+    ways.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    ways
+}
+
+/// With a light, Autoware watches nobody on a straight lanelet: where two of them cross, vehicles would collide.
+#[test]
+fn lanes_of_carriageways_side_by_side_cross_no_others() {
+    let main: &[i64] = &[1, 3];
+    for side in SIDES {
+        for exits in [
+            vec![(23, main, "highway=primary oneway=yes lanes=3 name=Main")],
+            vec![
+                (23, main, "highway=primary oneway=yes lanes=2 name=Main"),
+                (24, &[5, 6], "highway=tertiary oneway=yes lanes=2 name=Main"),
+            ],
+        ] {
+            let built = beside_the_main_carriageway(side, &exits);
+            let ways = straight_ways(&built);
+            assert!(ways.len() >= exits.len() + 1, "{side:?} {ways:?}");
+            assert!(ways.windows(2).all(|two| two[0][1] < two[1][1] + 0.1), "{side:?} {ways:?}");
+            let found = found(&built.map, &built.settings);
+            assert!(!found.iter().any(|code| code == "planner/nobody-waits"), "{side:?} {found:?}");
+        }
     }
 }
