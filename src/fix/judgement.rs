@@ -77,7 +77,7 @@ const MOST_ONCE: f64 = 0.7;
 /// does harm.
 const MOST_EFFORT: usize = 60;
 /// The same for small maps.
-const LEAST_EFFORT: usize = 600_000;
+const LEAST_EFFORT: usize = 300_000;
 /// As many elements as this are judged in the time of one finding.
 const OF_FINDING: usize = 10;
 

@@ -19,6 +19,7 @@ pub mod simple_ring;
 pub mod spatial_hash;
 pub mod strip_index;
 pub mod swing_out_turn;
+pub mod tangled_ring;
 
 pub use polyline::Polyline;
 

@@ -3,6 +3,7 @@
 use geo::algorithm::bool_ops::FillRule;
 use geo::{Area, BooleanOps, Buffer, Contains, Coord, Intersects, LineString, MultiPolygon, Polygon};
 
+use super::tangled_ring::untangled;
 use super::{Point, Polyline};
 
 /// `geo`'s polygon from a ring.
@@ -252,7 +253,7 @@ pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
     if is_flat(a) || is_flat(b) {
         return MultiPolygon::new(Vec::new());
     }
-    to_geo(a).intersection(&to_geo(b))
+    to_geo(&untangled(a)).intersection(&to_geo(&untangled(b)))
 }
 
 /// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
@@ -260,7 +261,7 @@ pub fn overlap_by_winding(a: &[Point], b: &[Point]) -> f64 {
     if is_flat(a) || is_flat(b) {
         return 0.0;
     }
-    to_geo(a).intersection_with_fill_rule(&to_geo(b), FillRule::NonZero).unsigned_area()
+    to_geo(&untangled(a)).intersection_with_fill_rule(&to_geo(&untangled(b)), FillRule::NonZero).unsigned_area()
 }
 
 /// Whether the point lies in the interior of the ring.

@@ -28,6 +28,8 @@ pub struct Params {
 const BARRIERS: [&str; 5] = ["road_border", "curbstone", "guard_rail", "wall", "fence"];
 /// Distance between the places at which two bounds are compared, metres.
 const COMPARED_EVERY: f64 = 0.5;
+/// A stretch of a line holds at least as many of these places as fit into it, less this number.
+const MISSED_AT_ENDS: f64 = 2.0;
 /// An end no farther than this from a line, metres, lies on it: half the width of the paint.
 const ON_LINE: f64 = 0.05;
 
@@ -222,6 +224,12 @@ fn part(line: &Polyline, other: &Polyline) -> bool {
 fn runs_along(line: &Polyline, other: &Border, around: [Point; 2], params: &Params) -> bool {
     let mut places = line.places(COMPARED_EVERY);
     let mut may_miss = ((1.0 - params.share_least) * places.len() as f64) as usize;
+    // Of most lines that only cross, the middle tells how much of them lies too far away.
+    let (count, half) = (places.len(), line.length() / 2.0);
+    let beyond = (other.line.distance(line.at(half)) - params.gap_most).min(half);
+    if 2.0 * beyond * (count - 1) as f64 / line.length() > may_miss as f64 + MISSED_AT_ENDS {
+        return false;
+    }
     let mut hint = 0;
     places.all(|place| {
         let close = boxes_meet([place; 2], around) && other.line.reaches(place, params.gap_most, &mut hint);

@@ -2,9 +2,9 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
-use crate::builder::network::road_end::directions;
+use crate::builder::network::road_end::{directions, leads_in, leads_out};
 use crate::builder::network::turn_angle::{STRAIGHT_ON, turn};
-use crate::builder::network::{Intersection, MOST_DIRECTIONS, RoadNetwork};
+use crate::builder::network::{Intersection, MOST_DIRECTIONS, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
@@ -27,6 +27,14 @@ const RUNS_INTO: f64 = 0.2;
 /// At most this number of movements is drawn in one intersection; those of 16 roads with a lane for each direction all are.
 const MOST_MOVEMENTS: usize = 240;
 
+/// The movements of an intersection are held against each other. Where the pairs in all large intersections are more than this number
+/// for each road of the network, or [`LEAST_PAIRS`], fewer are drawn in each.
+const PAIRS_OF_ROAD: usize = 30;
+/// The same for small networks.
+const LEAST_PAIRS: usize = 400_000;
+/// So many movements are drawn in any intersection; larger ones are large.
+const LEAST_MOVEMENTS: usize = 64;
+
 /// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
 const HAIRPIN: f64 = 135.0;
 /// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
@@ -35,12 +43,29 @@ const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
 /// is wider than 13 m.
 const DETOUR_MOST: f64 = 1.05;
 
-/// Finds the movements of an intersection.
+/// How many movements are drawn in an intersection of this network at most.
+pub fn most_movements(network: &RoadNetwork) -> usize {
+    let pairs = |at: &Intersection| {
+        let count =
+            |leads: fn(&RoadNetwork, RoadEnd) -> bool| at.arms.iter().filter(|arm| leads(network, **arm)).count();
+        let movements = (count(leads_in) * count(leads_out)).min(MOST_MOVEMENTS);
+        if movements > LEAST_MOVEMENTS { movements.pow(2) } else { 0 }
+    };
+    let all: usize = network.intersections.iter().map(pairs).sum();
+    let most = (PAIRS_OF_ROAD * network.roads.len()).max(LEAST_PAIRS);
+    if all <= most {
+        return MOST_MOVEMENTS;
+    }
+    ((MOST_MOVEMENTS as f64 * (most as f64 / all as f64).sqrt()) as usize).max(LEAST_MOVEMENTS)
+}
+
+/// Finds the movements of an intersection, at most this number.
 pub fn movements(
     network: &RoadNetwork,
     restrictions: &ResolvedRestrictions,
     lanes: &Lanes,
     intersection: &Intersection,
+    most: usize,
 ) -> Movements {
     let (side, paths) = (network.side, StreetPaths { network, intersection });
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
@@ -71,8 +96,8 @@ pub fn movements(
     all.sort_unstable();
     all.dedup();
     let found = all.len();
-    if found > MOST_MOVEMENTS {
-        all = straightest(all, &arms);
+    if found > most {
+        all = straightest(all, &arms, most);
     }
     let left_out = found - all.len();
     let joined: Vec<usize> = (0..arms.len()).filter(|&arm| joined[arm]).collect();
@@ -96,7 +121,7 @@ pub fn joined_arms(network: &RoadNetwork, intersection: &Intersection) -> Vec<bo
 }
 
 /// As many movements as can be drawn: of every lane the straightest, then of every lane the next, and so on. In order.
-fn straightest(all: Vec<Movement>, arms: &[&Arm]) -> Vec<Movement> {
+fn straightest(all: Vec<Movement>, arms: &[&Arm], most: usize) -> Vec<Movement> {
     let turn = |m: &Movement| angle_between(arms[m.from].inward, -arms[m.to].inward).abs();
     let mut ranked: Vec<(f64, Movement)> = all.into_iter().map(|movement| (turn(&movement), movement)).collect();
     let lane = |m: &Movement| (m.from, m.in_lane);
@@ -104,7 +129,7 @@ fn straightest(all: Vec<Movement>, arms: &[&Arm]) -> Vec<Movement> {
     let of_lanes = ranked.chunk_by(|(_, x), (_, y)| lane(x) == lane(y));
     let mut by_rank: Vec<(usize, Movement)> = of_lanes.flat_map(|row| (0..).zip(row.iter().map(|(_, m)| *m))).collect();
     by_rank.sort_unstable();
-    by_rank.truncate(MOST_MOVEMENTS);
+    by_rank.truncate(most);
     let mut kept: Vec<Movement> = by_rank.into_iter().map(|(_, movement)| movement).collect();
     kept.sort_unstable();
     kept

@@ -8,6 +8,7 @@ mod intersection_lanelets;
 mod lane_end_overlap;
 mod reuse;
 
+use crate::builder::intersection::movement::most_movements;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
 use crate::builder::lanes::road_continuation::Continuations;
@@ -148,7 +149,7 @@ impl Layout {
     /// lanelets are drawn again.
     fn draw_lanelets(&mut self) {
         let Self { network, restrictions, joins, lines, assembly, lanes, turning, drawn, .. } = self;
-        let roundabouts = network.whole_roundabouts();
+        let (roundabouts, most_movements) = (network.whole_roundabouts(), most_movements(network));
         let more = AtomicU64::new(0);
         turning.par_iter_mut().in_small_parts().enumerate().filter(|(_, turning)| turning.is_none()).for_each(
             |(i, slot)| {
@@ -156,8 +157,15 @@ impl Layout {
                 if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                     return;
                 }
-                let site =
-                    Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
+                let site = Site {
+                    network,
+                    roundabouts: &roundabouts,
+                    restrictions,
+                    lanes,
+                    intersection: at,
+                    below: assembly,
+                    most_movements,
+                };
                 let mut turning = IntersectionLanelets::draw(site);
                 more.fetch_add((turning.drawn.paths.len() as u64).pow(2), Ordering::Relaxed);
                 if at.arms.len() > 2 {
@@ -176,15 +184,22 @@ impl Layout {
     /// Draws the outlines that are not drawn yet.
     pub(super) fn outline(&mut self) {
         let Self { network, restrictions, assembly, lanes, turning, .. } = self;
-        let roundabouts = network.whole_roundabouts();
+        let (roundabouts, most_movements) = (network.whole_roundabouts(), most_movements(network));
         let bare = |turning: &Option<Box<IntersectionLanelets>>| {
             turning.as_ref().is_some_and(|turning| turning.conflicts.is_none())
         };
         let bare =
             turning.par_iter_mut().in_small_parts().zip(&network.intersections).filter(|(turning, _)| bare(turning));
         bare.for_each(|(slot, at)| {
-            let site =
-                Site { network, roundabouts: &roundabouts, restrictions, lanes, intersection: at, below: assembly };
+            let site = Site {
+                network,
+                roundabouts: &roundabouts,
+                restrictions,
+                lanes,
+                intersection: at,
+                below: assembly,
+                most_movements,
+            };
             *slot = slot.take().map(|turning| Box::new(turning.outlined(site)));
         });
         // From now on an outline stays when its roads are cut at their other ends.

@@ -54,9 +54,10 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);
     let network = end_before_carriageways(network);
     let cut = wanted(&network, &mut cache);
-    let (network, narrowed) = narrow_roads(straight_at_forks(lay_side_by_side(network, &cut)), &cut);
+    let (network, crowded) = lay_side_by_side(network, &cut);
+    let (network, narrowed) = narrow_roads(straight_at_forks(network), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);
-    findings.extend(narrowed);
+    findings.extend(crowded.into_iter().chain(narrowed));
     findings.extend(steep);
     let network = with_unique_keys(snap_grid::snap_network(network));
     let (mut outlines, failed) = outlines_within(&network, &cut, &cache);

@@ -8,6 +8,7 @@ mod area_pockets;
 mod conflict;
 pub mod drawn_centerline;
 mod driving_side;
+mod edges_near;
 mod filled_unions;
 mod intersection;
 mod lane;
@@ -29,6 +30,7 @@ pub mod view;
 pub use area_doors::{Door, lets_vehicles_in};
 pub use area_outline::{AreaOutlines, Corner, Outline};
 pub use conflict::{Reach, passing, reaches};
+use edges_near::EdgeTrees;
 pub use filled_unions::FilledUnions;
 pub use intersection::declared_area;
 pub(crate) use lane::tangent;
@@ -105,6 +107,7 @@ impl<'m> MapIndex<'m> {
             named,
             stop_lines: Default::default(),
             tree,
+            edges: EdgeTrees::default(),
             referrers,
             naming: Default::default(),
             intersections_of,

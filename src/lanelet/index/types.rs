@@ -6,6 +6,7 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
+use super::edges_near::EdgeTrees;
 use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
 use super::view::View;
@@ -59,6 +60,7 @@ pub struct MapIndex<'m> {
     /// Whether each lane starts on a roundabout and whether it ends there, found when it is first asked for.
     pub(super) ends_on_roundabout: Vec<OnceLock<[bool; 2]>>,
     pub(super) tree: LaneTree,
+    pub(super) edges: EdgeTrees,
     pub(super) by_id: FxHashMap<LaneletId, usize>,
     pub(super) starting: FxHashMap<[PointId; 2], Vec<usize>>,
     pub(super) ending: FxHashMap<[PointId; 2], Vec<usize>>,

@@ -241,11 +241,11 @@ impl MapIndex<'_> {
         let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
         // Who turns off over the lane beside his own crosses it; lanes that go on along each other only change places.
         let last = apart(a.heading_out(), b.heading_out());
-        let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
+        let is_parting = || (crossing > 90.0 || last > JOINING) && change_sides(a, b);
         // Where a road bends, its two directions start at any angle, and its lines may lie over each other by a hand. Who leaves a
         // roundabout crosses who joins it from the same street.
         let is_oncoming = crossing > 180.0 - ALONG && !at_roundabout();
-        is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting
+        is_across(crossing, ALONG) || (is_across(first, JOINING) && !is_oncoming) || is_parting()
     }
 
     /// Whether a light, or a stop or give-way sign before it, says when who drives here may go.

@@ -6,6 +6,7 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Edge, MapIndex, center_line};
 use crate::lanelet::{LineStringId, PointId, RoadType};
+use crate::rules::crowd;
 use crate::rules::routing_moves::RoutingMoves;
 
 use super::params::{Params, subject};
@@ -59,6 +60,8 @@ pub struct Holes<'m> {
     moves: &'m RoutingMoves<'m>,
     /// Lines by each of their two ends.
     by_end: FxHashMap<PointId, Vec<LineStringId>>,
+    /// Pairs of points that a line joins, the smaller id first.
+    joined: FxHashSet<[PointId; 2]>,
     /// The two bounds of every lanelet, the smaller id first.
     used: FxHashSet<[LineStringId; 2]>,
     /// Lines that bound a lanelet.
@@ -70,6 +73,7 @@ pub struct Holes<'m> {
 impl<'m> Holes<'m> {
     pub fn new(map: &'m MapIndex<'m>, params: &'m Params, moves: &'m RoutingMoves<'m>) -> Self {
         let mut by_end: FxHashMap<PointId, Vec<LineStringId>> = FxHashMap::default();
+        let mut joined = FxHashSet::default();
         // Between these lies an area.
         let around: FxHashSet<LineStringId> =
             map.map.areas.iter().flat_map(|area| &area.outer).map(|bound| bound.line).collect();
@@ -81,6 +85,7 @@ impl<'m> Holes<'m> {
             {
                 by_end.entry(first).or_default().push(line.id);
                 by_end.entry(last).or_default().push(line.id);
+                joined.insert([first.min(last), first.max(last)]);
             }
         }
         let lanelets = || map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]);
@@ -89,21 +94,30 @@ impl<'m> Holes<'m> {
             params,
             moves,
             by_end,
+            joined,
             used: lanelets().map(|[a, b]| [a.min(b), a.max(b)]).collect(),
             bounds: lanelets().flatten().collect(),
             both: lanelets().filter(|[a, b]| a == b).flatten().collect(),
         }
     }
 
-    /// All of them, each once.
-    pub fn find(&self) -> Vec<Hole> {
-        let mut holes = Vec::new();
+    /// All of them, each once; and the lanes at which more lines begin than are compared, one for each place, with their number.
+    pub fn find(&self) -> (Vec<Hole>, Vec<(usize, usize)>) {
+        let (mut holes, mut crowds) = (Vec::new(), Vec::new());
+        let mut told: FxHashSet<PointId> = FxHashSet::default();
         let mut found: FxHashSet<[LineStringId; 2]> = FxHashSet::default();
         let loose = &self.map.settings.loose_ends;
         for forward in [true, false] {
             let known = if forward { &loose.ends } else { &loose.starts };
             let is_known = |at: usize| known.contains(&self.map.lanes[at].id.0);
             for at in (0..self.map.lanes.len()).filter(|&at| self.is_road(at) && !is_known(at)) {
+                let lane = &self.map.lanes[at];
+                for id in if forward { lane.end.ids } else { lane.start.ids } {
+                    let count = self.by_end.get(&id).map_or(0, Vec::len);
+                    if count > crowd::MOST && told.insert(id) {
+                        crowds.push((at, count));
+                    }
+                }
                 for hole in self.behind(at, forward) {
                     let [a, b] = hole.lines;
                     if found.insert([a.min(b), a.max(b)]) {
@@ -112,7 +126,7 @@ impl<'m> Holes<'m> {
                 }
             }
         }
-        holes
+        (holes, crowds)
     }
 
     fn is_road(&self, at: usize) -> bool {
@@ -223,17 +237,16 @@ impl<'m> Holes<'m> {
 
     /// Whether a line joins two points: behind an end so closed lies an area, no lane.
     fn is_closed(&self, [a, b]: [PointId; 2]) -> bool {
-        let of = |id: PointId| self.by_end.get(&id).map_or(&[][..], Vec::as_slice);
-        of(a).iter().any(|line| of(b).contains(line))
+        a == b || self.joined.contains(&[a.min(b), a.max(b)])
     }
 
     fn is_of_type(&self, line: LineStringId, kind: &str) -> bool {
         self.map.map.linestrings.get(line).is_some_and(|line| line.attributes.is("type", kind))
     }
 
-    /// The lines that run on from a point, roughly in a direction.
+    /// The lines that run on from a point, roughly in a direction; of too many only the first are looked at.
     fn onward(&self, from: PointId, heading: Vector, own: &[LineStringId; 2]) -> Vec<Onward> {
-        let lines = self.by_end.get(&from).into_iter().flatten().filter(|line| !own.contains(line));
+        let lines = self.by_end.get(&from).into_iter().flatten().filter(|line| !own.contains(line)).take(crowd::MOST);
         let onward = lines.filter_map(|&id| {
             let line = self.map.map.linestrings.get(id)?;
             let mut ids = line.points.clone();

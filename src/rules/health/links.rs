@@ -74,8 +74,7 @@ impl<'m> Links<'m> {
     /// Lanes whose end lies no farther from a lane's start, and that head the same way.
     fn ending_near(&self, params: &Params, y: usize, reach: f64) -> Vec<usize> {
         let (map, start) = (self.map, self.map.lanes[y].start);
-        let around = Vector::repeat(reach);
-        let near = map.lanes_near(start.middle() - around, start.middle() + around);
+        let near = map.edges_near(start.middle(), reach, true);
         let heading = map.lanes[y].heading_in();
         let fits = |&x: &usize| {
             let lane = &map.lanes[x];
@@ -231,7 +230,10 @@ impl<'m> Links<'m> {
             before.is_some_and(|lane| self.ends.contains(&lane))
                 || after.is_some_and(|lane| self.starts.contains(&lane))
         };
-        self.holes = Holes::new(self.map, params, moves).find().into_iter().filter(|hole| !is_said(hole)).collect();
+        let (holes, crowds) = Holes::new(self.map, params, moves).find();
+        self.holes = holes.into_iter().filter(|hole| !is_said(hole)).collect();
+        self.crowds
+            .extend(crowds.into_iter().map(|(lane, count)| ("hole", lane, count, "lines meet at its end or start")));
         for [before, after] in self.holes.iter().map(Hole::lanes) {
             self.ends.extend(before);
             self.starts.extend(after);

@@ -1,6 +1,6 @@
 //! What the checks of loose ends ask of a lane: whether it is a street's, has others beside it, and where people turn.
 
-use crate::geometry::{Vector, angle_between};
+use crate::geometry::angle_between;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 use crate::rules::routing_moves::RoutingMoves;
@@ -37,8 +37,7 @@ pub fn is_turning_place(map: &MapIndex, params: &Params, at: usize, end: bool) -
         true => (lane.end.middle(), lane.heading_out()),
         false => (lane.start.middle(), lane.heading_in()),
     };
-    let reach = Vector::repeat(params.turning_place);
-    map.lanes_near(place - reach, place + reach).into_iter().any(|at| {
+    map.edges_near(place, params.turning_place, !end).into_iter().any(|at| {
         let other = &map.lanes[at];
         let edge = if end { other.start } else { other.end };
         if !other.vehicle || (edge.middle() - place).norm() > params.turning_place || !is_open(map, at, end) {

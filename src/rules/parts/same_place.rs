@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::{Point, Vector, angle_between};
+use crate::geometry::{Point, angle_between};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LineString, LineStringId, PointId};
 use crate::rules::crowd::MOST;
@@ -120,8 +120,7 @@ fn is_one_place(map: &MapIndex, a: PointId, b: PointId) -> bool {
 fn told_as_near_misses(map: &MapIndex) -> FxHashSet<[PointId; 2]> {
     let mut pairs = FxHashSet::default();
     for lane in &map.lanes {
-        let reach = Vector::repeat(LED_TO);
-        for other in map.lanes_near(lane.end.middle() - reach, lane.end.middle() + reach) {
+        for other in map.edges_near(lane.end.middle(), LED_TO, false) {
             let start = map.lanes[other].start;
             let apart = (0..2).map(|side| (lane.end.points[side] - start.points[side]).norm()).fold(0.0, f64::max);
             let ahead = lane.heading_out().zip(map.lanes[other].heading_in());

@@ -62,9 +62,7 @@ pub fn near_misses<'m>(map: &'m MapIndex<'m>, params: &Params) -> Misses<'m> {
 
 /// Lanes that end close to where a lane starts, in its direction, but not there, and that no lane leads on to it.
 fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<usize> {
-    let reach = nalgebra::Vector2::repeat(params.near_miss);
-    let middle = start.middle();
-    let near = map.lanes_near(middle - reach, middle + reach);
+    let near = map.edges_near(start.middle(), params.near_miss, true);
     near.into_iter().filter(|&x| ends_near(map, params, x, y, start)).collect()
 }
 

@@ -47,6 +47,10 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "hub", size: 100, draw: hub },
     Kind { name: "heap", size: 150, draw: heap },
     Kind { name: "both directions", size: 150, draw: both_directions },
+    Kind { name: "many into many", size: 350, draw: many_into_many },
+    Kind { name: "copies", size: 1_500, draw: copies },
+    Kind { name: "tangled areas", size: 4_000, draw: tangled_areas },
+    Kind { name: "lanes in all directions", size: 500, draw: lanes_in_all_directions },
 ];
 
 const THIN: &[(&str, &str)] = &[("type", "line_thin"), ("subtype", "solid")];
@@ -501,5 +505,49 @@ fn both_directions(out: &mut Sketch, size: usize) {
         let tags: Vec<_> =
             ROAD.iter().map(|&(key, value)| (key, if key == "one_way" { "no" } else { value })).collect();
         out.relation(&[("way", "left", left), ("way", "right", right)], &tags);
+    }
+}
+
+/// Lanelets that end where as many begin.
+fn many_into_many(out: &mut Sketch, size: usize) {
+    let gate = [out.node((0.0, 1.5)), out.node((0.0, -1.5))];
+    for i in 0..2 * size {
+        let ahead = i % 2 == 1;
+        let angle = if ahead { 0.0 } else { TAU / 2.0 } + TAU / 4.0 * ((i / 2) as f64 / size as f64 - 0.5);
+        let (east, north) = around(angle, 60.0);
+        let ends = [out.node((east, north + 1.5)), out.node((east, north - 1.5))];
+        let [left, right] = [0, 1].map(|k| out.way(&if ahead { [gate[k], ends[k]] } else { [ends[k], gate[k]] }, THIN));
+        between(out, left, right, &[]);
+    }
+}
+
+/// Lanelets between the same two ways.
+fn copies(out: &mut Sketch, size: usize) {
+    let [left, right] = [1.5, -1.5].map(|y| out.line(&[(0.0, y), (50.0, y)], THIN));
+    for _ in 0..size {
+        between(out, left, right, &[]);
+    }
+}
+
+/// Areas whose outlines cross themselves at every step, over a lanelet.
+fn tangled_areas(out: &mut Sketch, size: usize) {
+    for kind in ["intersection_area", "detection_area"] {
+        let outline: Vec<Place> =
+            (0..size).map(|i| around(i as f64 * 2.399_963, 40.0 * (0.1 + i as f64 / size as f64))).collect();
+        out.line(&[&outline[..], &outline[..1]].concat(), &[("type", kind), ("area", "yes")]);
+    }
+    let [left, right] = [1.5, -1.5].map(|y| out.line(&[(-50.0, y), (50.0, y)], THIN));
+    between(out, left, right, &[]);
+}
+
+/// Lanelets of 40 m within 30 m.
+fn lanes_in_all_directions(out: &mut Sketch, size: usize) {
+    for i in 0..size {
+        let (angle, at) = (i as f64 * 2.399_963, around(i as f64 * 0.7, 15.0 * (i as f64 / size as f64).sqrt()));
+        let along = |by: f64, aside: f64| {
+            (at.0 + by * angle.cos() - aside * angle.sin(), at.1 + by * angle.sin() + aside * angle.cos())
+        };
+        let [left, right] = [1.5, -1.5].map(|aside| out.line(&[along(-20.0, aside), along(20.0, aside)], THIN));
+        between(out, left, right, &[]);
     }
 }

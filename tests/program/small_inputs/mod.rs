@@ -226,6 +226,24 @@ fn what_is_too_many_to_compare_is_said() {
     let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
     let said = format!("{}{}", run.stdout, run.stderr);
     assert!(said.contains("too close to each other to be laid out to the end"), "{said}");
+    for (kind, size, words) in [
+        ("two hubs", 100, "too many to lay side by side"),
+        ("rings in rings", 300, "too much to lay side by side"),
+        ("web", 30, "too many to draw; the straightest"),
+    ] {
+        let dir = drawn([streets::KINDS, streets::STEEP], kind, size);
+        let run = lanewright(dir.path(), &["build", "map.osm", "-o", "again"]).exits(0);
+        let said = format!("{}{}", run.stdout, run.stderr);
+        assert!(said.contains(words), "{kind}: {said}");
+    }
+    let dir = drawn([maps::KINDS, maps::STEEP], "many into many", 40);
+    let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
+    assert_eq!(
+        run.stdout.matches("80 lines meet at its end or start: too many to compare").count(),
+        2,
+        "{}",
+        run.stdout
+    );
     let dir = drawn([maps::KINDS, maps::STEEP], "heap", 250);
     let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
     assert!(run.stdout.contains("too many for an area that a machine draws"), "{}", run.stdout);

@@ -39,9 +39,9 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "tangle", size: 300, draw: tangle },
     Kind { name: "crossing without nodes", size: 150, draw: crossing_without_nodes },
     Kind { name: "loops", size: 60, draw: loops },
-    Kind { name: "web", size: 20, draw: web },
-    Kind { name: "two hubs", size: 150, draw: two_hubs },
-    Kind { name: "rings in rings", size: 150, draw: rings_in_rings },
+    Kind { name: "web", size: 40, draw: web },
+    Kind { name: "two hubs", size: 300, draw: two_hubs },
+    Kind { name: "rings in rings", size: 400, draw: rings_in_rings },
     Kind { name: "streets at random", size: 100, draw: streets_at_random },
 ];
 

@@ -7,7 +7,7 @@ use crate::builder::intersection::bicycle_lanelets::{
 };
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
 use crate::builder::intersection::lane_reassignment::reassignments;
-use crate::builder::intersection::movement::{movements, movements_instead};
+use crate::builder::intersection::movement::{joined_arms, movements, movements_instead};
 use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::ring_movements::RingMovements;
 use crate::builder::intersection::turn_direction::turn_direction;
@@ -69,6 +69,8 @@ pub struct Site<'a> {
     pub intersection: &'a Intersection,
     /// The map so far, with the lanes.
     pub below: &'a MapBuilder<'a>,
+    /// How many movements are drawn at most.
+    pub most_movements: usize,
 }
 
 /// To assign the lanes of an intersection otherwise, at most this number of lanelets is drawn anew. Dozens of lanes that all run into each
@@ -137,14 +139,20 @@ impl<'a> Site<'a> {
         let mut builder = self.builder(part);
         let bicycles = add(&mut builder);
         let area = wanted.then(|| {
-            let arms: Vec<&Arm> = self.intersection.arms.iter().map(|&arm| self.lanes.arm(arm)).collect();
+            // Roads that are not joined end before the intersection.
+            let joined = joined_arms(self.network, self.intersection);
+            let joined: Vec<usize> = (0..joined.len()).filter(|&arm| joined[arm]).collect();
+            let arms: Vec<&Arm> = joined.iter().map(|&arm| self.lanes.arm(self.intersection.arms[arm])).collect();
             let (key, islands) = (intersection_key("intersection area", self.intersection), &self.intersection.islands);
             let mut around = |bounds, paths| area_outline(&mut builder, key, self.lanes, &arms, bounds, paths, islands);
-            if bicycles.paths.is_empty() {
-                return around(&drawn.bounds, (&drawn.paths, indices));
-            }
-            let paths = [&drawn.paths[..], &bicycles.paths].concat();
-            around(&bicycles.bounds, (&paths, &strip_indices(&paths)))
+            let mut area = if bicycles.paths.is_empty() {
+                around(&drawn.bounds, (&drawn.paths, indices))
+            } else {
+                let paths = [&drawn.paths[..], &bicycles.paths].concat();
+                around(&bicycles.bounds, (&paths, &strip_indices(&paths)))
+            };
+            area.overrun.iter_mut().chain(&mut area.lost).for_each(|arm| *arm = joined[*arm]);
+            area
         });
         let fits_bicycles = match &area {
             Some(area) => covers(&area.places, &bicycles.paths),
@@ -181,7 +189,7 @@ impl IntersectionLanelets {
     /// Draws the lanelets of an intersection for vehicles.
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
-        let mut plan = movements(network, site.restrictions, lanes, intersection);
+        let mut plan = movements(network, site.restrictions, lanes, intersection, site.most_movements);
         let mut drawing = site.draw(plan.all, Vec::new());
         if let Some(all) = movements_instead(lanes, intersection, &drawing.all, &drawing.drawn.dropped) {
             drawing = site.draw(all, drawing.drawn.dropped);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::intersection::movement::movements;
+use crate::builder::intersection::movement::{most_movements, movements};
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::connection_lines;
 use crate::builder::lanes::road_continuation::Continuations;
@@ -70,6 +70,7 @@ impl Layout {
         let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();
         redraw(&mut assembly, &network, &lines, &mut joins, &mut lanes, &roads);
+        let most_movements = most_movements(&network);
         let standing = |(i, at): (usize, &Intersection)| {
             let old = diff.untouched(IntersectionIx::new(i))?;
             let mut turning = known[old].take()?;
@@ -81,7 +82,8 @@ impl Layout {
             let asked =
                 !redrawn.is_empty() || restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
             (turning.unchanged, turning.turns_asked) = (true, true);
-            (!asked || turning.plan == movements(&network, &restrictions, &lanes, at)).then_some(turning)
+            (!asked || turning.plan == movements(&network, &restrictions, &lanes, at, most_movements))
+                .then_some(turning)
         };
         let turning = network.intersections.iter().enumerate().map(standing).collect();
         let mut layout =

@@ -12,17 +12,20 @@ mod sides;
 #[cfg(test)]
 mod tests;
 
-use crate::builder::network::{Road, RoadNetwork, Stations};
+use crate::builder::network::{Road, RoadKey, RoadNetwork, Stations};
+use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::InSmallParts;
 
 use super::side_order::side_hints;
 use super::{eased, set_line};
 use broad_phase::candidates;
-use overlap_search::{Adjacency, AdjacentPlace, OverlapSearch, least_distance};
+use overlap_search::{Adjacency, AdjacentPlace, MOST_BESIDE, OverlapSearch, least_distance};
 use recheck::{Surroundings, sort_unique};
-use shifted_road::{ShiftedRoad, ShiftedRoads, TOLERANCE, normals, places};
+use shifted_road::{PLACE_STEP, ShiftedRoad, ShiftedRoads, TOLERANCE, normals, places};
 use sides::Sides;
+
+use std::sync::atomic::AtomicUsize;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -38,14 +41,25 @@ const APART: f64 = 0.5;
 /// by those within 13 m. In later ones it is moved because of places within 10 m, and depends on those up to 35 m away.
 const ROUNDS: usize = 9;
 
+/// Roads that lie beside others may have so many places for each vertex of the network, or [`LEAST_PLACES`]; those of campo_grande, a
+/// city, have two.
+const PLACES_OF_VERTEX: usize = 12;
+/// The same for small networks.
+const LEAST_PLACES: usize = 60_000;
+
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
-/// intersections roads may overlap.
+/// intersections roads may overlap. The finding tells of a road
+/// beside too many others, or that there are too many to move any.
 #[must_use]
-pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetwork {
+pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> (RoadNetwork, Option<Finding>) {
     let (hints, mut active) = rayon::join(|| side_hints(&network), || candidates(&network, kept));
+    if let Some(finding) = too_long(&network, &active) {
+        return (network, Some(finding));
+    }
     let mut roads = ShiftedRoads { network: &network, kept, made: FxHashMap::default() };
     roads.make(&active);
-    let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints }.find(&active, &active);
+    let crowded = AtomicUsize::new(usize::MAX);
+    let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints, crowded: &crowded }.find(&active, &active);
     let sides = Sides::new(&roads.made, &hints, &adjacency);
     let mut surroundings = None;
     for round in 1..=ROUNDS {
@@ -68,7 +82,7 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
         sort_unique(&mut moved);
         if round < ROUNDS {
             let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network));
-            active = surroundings.update(&mut adjacency, &mut roads, &hints, &active, &moved);
+            active = surroundings.update(&mut adjacency, &mut roads, (&hints, &crowded), &active, &moved);
         }
     }
     let shifted_roads = roads.made;
@@ -80,7 +94,33 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
             set_line(road, line);
         }
     });
-    network
+    let crowded = network.roads.get(crowded.into_inner()).map(too_many_beside);
+    (network, crowded)
+}
+
+/// Says that so many roads lie beside others that none is moved: of some thousand vertices can be drawn as many roads as a country has.
+fn too_long(network: &RoadNetwork, active: &[usize]) -> Option<Finding> {
+    let metres: f64 = active.iter().map(|&road| network.roads[road].line.length()).sum();
+    let vertices: usize = network.roads.iter().map(|road| road.line.points().len()).sum();
+    let most = (PLACES_OF_VERTEX * vertices).max(LEAST_PLACES) as f64 * PLACE_STEP;
+    let way = network.roads.get(*active.first()?)?.key.way;
+    let message = format!(
+        "Way {way} and {} other roads, {:.0} km, lie beside others: too much to lay side by side; they stay as they are drawn, and \
+         lanes may lie on each other.",
+        active.len() - 1,
+        metres / 1000.0
+    );
+    (metres > most).then(|| Finding::new("too-many-beside", Subject::Way(way), message).graded(Severity::Warning))
+}
+
+/// Says that a road lies beside too many others.
+fn too_many_beside(road: &Road) -> Finding {
+    let RoadKey { way, first, last, .. } = road.key;
+    let message = format!(
+        "Of way {way} between nodes {first} and {last} a few metres lie beside or on {MOST_BESIDE} others: too many to lay side by side; lanes \
+         may lie on each other there."
+    );
+    Finding::new("too-many-beside", Subject::Way(way), message).graded(Severity::Warning)
 }
 
 /// The moved line of a road. Where it does not move it stays as it is drawn.

@@ -72,7 +72,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
     let network = smooth_bends(network.clone());
     let mut memory = PlanCache::default();
     let cut = wanted(&network, &mut memory);
-    let network = &lay_side_by_side(network, &cut);
+    let network = &lay_side_by_side(network, &cut).0;
     let (outlines, findings) = outlines_within(network, &cut, &memory);
     let (forgetful, _) = outlines_within(network, &cut, &PlanCache::default());
     assert_eq!(format!("{:.6?}", outlines), format!("{:.6?}", forgetful), "the cached plan is the new plan");

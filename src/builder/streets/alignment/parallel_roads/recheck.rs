@@ -1,5 +1,7 @@
 //! Updates which roads lie beside which others after some have moved.
 
+use std::sync::atomic::AtomicUsize;
+
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork};
@@ -48,7 +50,7 @@ impl Surroundings {
         &self,
         adjacency: &mut Adjacency,
         roads: &mut ShiftedRoads,
-        hints: &SideHints,
+        (hints, crowded): (&SideHints, &AtomicUsize),
         active: &[usize],
         moved: &[usize],
     ) -> Vec<usize> {
@@ -61,14 +63,14 @@ impl Surroundings {
         let around = self.of(&fresh);
         let known: Vec<usize> = known.into_iter().filter(|road| has(&around, *road)).collect();
         roads.make(&around);
-        let search = OverlapSearch { roads: &roads.made, hints };
+        let search = OverlapSearch { roads: &roads.made, hints, crowded };
         adjacency.extend(search.find(&fresh, &around));
         adjacency.extend(search.find(&known, moved));
         let mut reached: Vec<usize> = adjacency.keys().map(|(_, b)| *b).filter(|road| !has(&next, *road)).collect();
         sort_unique(&mut reached);
         let around = self.of(&reached);
         roads.make(&around);
-        adjacency.extend(OverlapSearch { roads: &roads.made, hints }.find(&reached, &around));
+        adjacency.extend(OverlapSearch { roads: &roads.made, hints, crowded }.find(&reached, &around));
         next.extend(reached);
         sort_unique(&mut next);
         next

@@ -1,5 +1,7 @@
 //! The broad phase against the comparison of all roads with all.
 
+use std::sync::atomic::AtomicUsize;
+
 use proptest::prelude::*;
 
 use crate::builder::network::{Intersection, RoadKey, Stations, hand_drawn};
@@ -53,7 +55,7 @@ proptest! {
         let all: Vec<usize> = (0..network.roads.len()).collect();
         let mut roads = ShiftedRoads { network: &network, kept: &kept, made: FxHashMap::default() };
         roads.make(&all);
-        let search = OverlapSearch { roads: &roads.made, hints: &SideHints::default() };
+        let search = OverlapSearch { roads: &roads.made, hints: &SideHints::default(), crowded: &AtomicUsize::new(0) };
         for (a, b) in search.find(&all, &all).keys() {
             prop_assert!(likely.contains(a) && likely.contains(b), "road {} beside road {}", a, b);
         }
@@ -95,7 +97,7 @@ fn long_and_far() -> impl Strategy<Value = (Vec<Drawn>, Vec<Drawn>)> {
 fn laid_in_the_middle(drawn: &[Drawn]) -> Vec<Vec<f64>> {
     let roads: Vec<Road> = drawn.iter().enumerate().filter_map(|(i, drawn)| road(i, drawn)).collect();
     let kept: Vec<Stations> = roads.iter().map(|road| [0.0, road.line.length()]).collect();
-    let laid = lay_side_by_side(network(roads), &kept);
+    let laid = lay_side_by_side(network(roads), &kept).0;
     let near = |road: &Road| (-5..=5).filter_map(|i| north_at(&road.line, MIDDLE / 5.0 * f64::from(i))).collect();
     laid.roads.iter().map(near).collect()
 }
@@ -152,7 +154,7 @@ fn the_legs_of_a_hairpin_lie_so_far_apart_that_its_inner_edge_keeps_a_radius() {
         let drawn = (vec![(0.0, 0.0), (100.0, 0.0), (100.0, between), (0.0, between)], 3.0, false, 0, 1);
         let network = network(road(0, &drawn).into_iter().collect());
         let kept = [[0.0, network.roads[0].line.length()]];
-        let laid = lay_side_by_side(network, &kept);
+        let laid = lay_side_by_side(network, &kept).0;
         let line = &laid.roads[0].line;
         let [there, back] = [line.clone(), line.reversed()].map(|line| line.at(50.0).y);
         back - there
