@@ -70,9 +70,7 @@ impl<'m> MapIndex<'m> {
             .filter(|lanelet| !broken.contains(&lanelet.id))
             .filter_map(|lanelet| Lane::new(map, lanelet))
             .collect();
-        for lane in &mut lanes {
-            lane.bicycle |= bicycles.contains(&lane.id.0);
-        }
+        lanes.iter_mut().for_each(|lane| lane.bicycle |= bicycles.contains(&lane.id.0));
         mark_both_ways(&mut lanes);
         let boxes = lanes.iter().enumerate().map(|(at, lane)| {
             let [low, high] = lane.extent;
