@@ -2,6 +2,7 @@
 //!
 //! Points and vectors are those of `nalgebra`. Unions and intersections of polygons use `geo`, in [`polygon`].
 
+pub mod convex_hull;
 pub mod curve;
 pub mod diverge;
 pub mod extended;

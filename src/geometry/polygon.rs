@@ -3,6 +3,7 @@
 use geo::algorithm::bool_ops::FillRule;
 use geo::{Area, BooleanOps, Buffer, Contains, Coord, Intersects, LineString, MultiPolygon, Polygon};
 
+pub use super::convex_hull::convex_hull;
 use super::tangled_ring::untangled;
 use super::{Point, Polyline};
 
@@ -269,27 +270,6 @@ pub fn contains(ring: &[Point], p: Point) -> bool {
     to_geo(ring).contains(&geo::Point::new(p.x, p.y))
 }
 
-/// The convex hull of the points, clockwise, not closed (Andrew's monotone chain, exact orientations).
-pub fn convex_hull(points: impl IntoIterator<Item = Point>) -> Vec<Point> {
-    let mut points: Vec<Point> = points.into_iter().collect();
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    let chain = |points: &mut dyn Iterator<Item = Point>| {
-        let mut hull: Vec<Point> = Vec::new();
-        for p in points {
-            while hull.len() >= 2 && super::orientation(hull[hull.len() - 2], hull[hull.len() - 1], p) >= 0.0 {
-                hull.pop();
-            }
-            hull.push(p);
-        }
-        hull.pop();
-        hull
-    };
-    let mut hull = chain(&mut points.iter().copied());
-    hull.extend(chain(&mut points.iter().rev().copied()));
-    hull
-}
-
 /// The largest piece of `a` that `b` does not cover, as a ring that is not closed; `None` if nothing is left.
 pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
     match [a, b].map(is_flat) {
@@ -457,5 +437,18 @@ mod tests {
                 prop_assert!((middle - Point::new(centroid.x(), centroid.y())).norm() < 1e-3);
             }
         }
+    }
+
+    #[test]
+    fn of_a_tangled_ring_the_hull_counts_and_of_a_ring_with_few_crossings_the_ring() {
+        // Golden angles spread points over a disc; each edge crosses most others.
+        let at = |i: usize, angle: f64| 50.0 * Point::new((i as f64 * angle).cos(), (i as f64 * angle).sin());
+        let tangled: Vec<Point> = (0..500).map(|i| at(i, 2.399_963)).collect();
+        let hull = signed_area(&untangled(&tangled)).abs();
+        assert!(hull > 7_800.0, "a circle of 50 m has 7,854 m2: {hull}");
+        assert!(overlap(&tangled, &tangled) > 7_800.0);
+        let mut circle: Vec<Point> = (0..500).map(|i| at(i, std::f64::consts::TAU / 500.0)).collect();
+        circle.swap(10, 40);
+        assert_eq!(untangled(&circle), circle);
     }
 }

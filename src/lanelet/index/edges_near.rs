@@ -1,16 +1,11 @@
 //! Lanes by the places where they start and end. Where thousands lie over each other, few of them end near a place.
 
-use std::sync::OnceLock;
-
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 
 use crate::geometry::{Point, Vector};
 
 use super::types::MapIndex;
-
-/// The middles of the edges with which lanes start, and of those with which they end. Built on the first request.
-pub(super) type EdgeTrees = OnceLock<[RTree<GeomWithData<[f64; 2], usize>>; 2]>;
 
 impl MapIndex<'_> {
     /// Lanes of which the middle of the last edge (`end`), or of the first, lies no farther from a place, metres, by position. Some lie a

@@ -30,7 +30,6 @@ pub mod view;
 pub use area_doors::{Door, lets_vehicles_in};
 pub use area_outline::{AreaOutlines, Corner, Outline};
 pub use conflict::{Reach, passing, reaches};
-use edges_near::EdgeTrees;
 pub use filled_unions::FilledUnions;
 pub use intersection::declared_area;
 pub(crate) use lane::tangent;
@@ -105,7 +104,7 @@ impl<'m> MapIndex<'m> {
             named,
             stop_lines: Default::default(),
             tree,
-            edges: EdgeTrees::default(),
+            edges: Default::default(),
             referrers,
             naming: Default::default(),
             intersections_of,

@@ -6,7 +6,6 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
-use super::edges_near::EdgeTrees;
 use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
 use super::view::View;
@@ -29,6 +28,9 @@ pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStrin
 
 /// Built on the first request.
 pub(super) type StopLines = OnceLock<StopLineTree>;
+
+/// The middles of the edges with which lanes start, and of those with which they end. Built on the first request.
+pub(super) type EdgeTrees = OnceLock<[RTree<GeomWithData<[f64; 2], usize>>; 2]>;
 
 /// The elements of which a lanelet is a member. Built on the first request, because only fixes need it.
 pub(super) type Naming = OnceLock<FxHashMap<LaneletId, Vec<RegulatoryElementId>>>;
