@@ -112,12 +112,10 @@ impl<'m> Holes<'m> {
             let is_known = |at: usize| known.contains(&self.map.lanes[at].id.0);
             for at in (0..self.map.lanes.len()).filter(|&at| self.is_road(at) && !is_known(at)) {
                 let lane = &self.map.lanes[at];
-                for id in if forward { lane.end.ids } else { lane.start.ids } {
-                    let count = self.by_end.get(&id).map_or(0, Vec::len);
-                    if count > crowd::MOST && told.insert(id) {
-                        crowds.push((at, count));
-                    }
-                }
+                let count = |id: &PointId| self.by_end.get(id).map_or(0, Vec::len);
+                let edge = if forward { lane.end.ids } else { lane.start.ids };
+                let fresh = edge.into_iter().filter(|id| count(id) > crowd::MOST && told.insert(*id));
+                crowds.extend(fresh.map(|id| count(&id)).max().map(|count| (at, count)));
                 for hole in self.behind(at, forward) {
                     let [a, b] = hole.lines;
                     if found.insert([a.min(b), a.max(b)]) {

@@ -237,10 +237,10 @@ fn what_is_too_many_to_compare_is_said() {
         assert!(said.contains(words), "{kind}: {said}");
     }
     let dir = drawn([maps::KINDS, maps::STEEP], "many into many", 40);
-    let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(1);
+    let run = lanewright(dir.path(), &["check", "--isolated", "--format", "concise", "map.osm"]).exits(0);
     assert_eq!(
         run.stdout.matches("80 lines meet at its end or start: too many to compare").count(),
-        2,
+        1,
         "{}",
         run.stdout
     );
