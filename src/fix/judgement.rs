@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::finding_counts::{FindingCounts, errors};
-use super::nearby::{around, changed, connected};
+use super::nearby::{NEAR, around, changed, connected};
 use super::route::{self, Change, Route};
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Subject};
@@ -187,13 +187,17 @@ impl<J: Judge> ChangeJudge<J> {
         }
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
-        let near = least.filter(|(_, changed)| !changed.is_empty()).and_then(|(known, changed)| {
-            let near = around([known.osm, osm], &changed, |node| self.judge.place(node))?;
-            Some((known, changed, near))
-        });
-        let judged = near.map(|(known, changed, near)| self.judged_in_part(known, osm, &changed, near));
-        let judged = judged.transpose()?.flatten();
-        judged.map_or_else(|| self.whole(osm), Ok)
+        if let Some((known, changed)) = least.filter(|(_, changed)| !changed.is_empty()) {
+            for reach in NEAR {
+                let near = around([known.osm, osm], &changed, reach, |node| self.judge.place(node));
+                let to_show = reach.is_close.then_some(&changed);
+                let judged = near.map(|near| self.judged_in_part(known, osm, to_show, near));
+                if let Some(found) = judged.transpose()?.flatten() {
+                    return Ok(found);
+                }
+            }
+        }
+        self.whole(osm)
     }
 
     /// The routes that a map has and another has not. `fresh` are the new ids of elements of the old one.
@@ -203,13 +207,13 @@ impl<J: Judge> ChangeJudge<J> {
         route::changes(before, after, fresh)
     }
 
-    /// The findings in a map that differs from a known one in some elements, and so near some alone; `None` where these are most of the
-    /// map, or too few to tell.
+    /// The findings in a map that differs from a known one near some elements alone; `None` where these are most of the map, or do not show
+    /// what is known of those `to_show`.
     fn judged_in_part(
         &self,
         known: JudgedMap,
         osm: &OsmData,
-        changed: &FxHashSet<Key>,
+        to_show: Option<&FxHashSet<Key>>,
         mut near: FxHashSet<Key>,
     ) -> Result<Option<Vec<Diagnostic>>, J::Error> {
         let before = self.last.take().filter(|last| last.is_around(&near, known.osm));
@@ -235,7 +239,7 @@ impl<J: Judge> ChangeJudge<J> {
             }
         };
         self.count(&part, &after);
-        if !is_enough(known.left, &before, changed) {
+        if to_show.is_some_and(|changed| !is_enough(known.left, &before, changed)) {
             return Ok(None);
         }
         self.last.replace(Some(JudgedPart { keys: near, osm: part, found: after.clone() }));

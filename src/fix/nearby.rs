@@ -8,12 +8,25 @@ use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 /// Side of the squares (m) into which the map is divided.
 const SQUARE: f64 = 5.0;
 
-/// Elements up to so many squares from where a line runs otherwise are near: at least 15 m. What is found farther away shows when the map
-/// is judged as a whole in the end.
-const NEAR_SHAPE: i64 = 3;
+/// Up to how many squares from a change elements are near. What is found farther away shows when the map is judged as a whole in the end.
+#[derive(Clone, Copy)]
+pub struct Near {
+    /// From where a line runs otherwise.
+    shape: i64,
+    /// From an element that lies where it lay, but of which something else is said; and all that it is joined to.
+    words: i64,
+    /// Whether that may be too close to show what is to be mended.
+    pub is_close: bool,
+}
 
-/// The same where something else is said of an element that lies where it lay: at least 5 m, and all that it is joined to.
-const NEAR_WORDS: i64 = 1;
+/// At least 15 m, and 5 m.
+const CLOSE: Near = Near { shape: 3, words: 1, is_close: true };
+
+/// At least 30 m: where the closer ones do not show what is to be mended.
+const WIDE: Near = Near { shape: 6, words: 6, is_close: false };
+
+/// What is tried one after the other.
+pub const NEAR: [Near; 2] = [CLOSE, WIDE];
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
@@ -73,13 +86,14 @@ fn is_reshaped([old, new]: [&OsmData; 2], (kind, id): Key) -> bool {
 pub fn around(
     maps: [&OsmData; 2],
     changed: &FxHashSet<Key>,
+    reach: Near,
     place: impl Fn(&Node) -> Option<[f64; 2]>,
 ) -> Option<FxHashSet<Key>> {
     let square = |node: &Node| place(node).map(|at| at.map(|metres| (metres / SQUARE).floor() as i64));
     let all: Vec<Key> = changed.iter().copied().collect();
     let reshaped: Vec<Key> = changed.iter().copied().filter(|&key| is_reshaped(maps, key)).collect();
     let mut squares: FxHashSet<[i64; 2]> = FxHashSet::default();
-    for (keys, depth, reach) in [(all, DEEP, NEAR_WORDS), (reshaped, OWN_LINES, NEAR_SHAPE)] {
+    for (keys, depth, reach) in [(all, DEEP, reach.words), (reshaped, OWN_LINES, reach.shape)] {
         let mut with_change: FxHashSet<[i64; 2]> = FxHashSet::default();
         for osm in maps {
             let mut parts = Parts::default();
