@@ -2,6 +2,7 @@
 //! lanes lead on in order, so that the movements of neighbours never cross.
 
 mod arrow_targets;
+mod lane_pairs;
 mod side_by_side;
 #[cfg(test)]
 mod tests;
@@ -11,10 +12,11 @@ use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::{angle_between, cross};
+use crate::geometry::angle_between;
 
 use super::movement_types::{Movement, TurnTarget};
 use arrow_targets::{arrow_goals, is_untold, turns_towards};
+use lane_pairs::{pair_up, sideways};
 
 pub use side_by_side::keep_to_own_side;
 
@@ -189,11 +191,6 @@ impl ApproachLanes<'_> {
     }
 }
 
-/// How far, metres, the end of a lane lies beside the line of another.
-fn sideways(from: &ArmLane, to: &ArmLane) -> f64 {
-    cross(from.pose.heading, to.pose.point - from.pose.point).abs()
-}
-
 /// The targets of each lane, so that no lane crosses another; and those that a lane gave up because it crossed several others.
 fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> (Vec<Vec<usize>>, Vec<usize>) {
     let mut goals = single_goals(lanes, targets);
@@ -317,42 +314,6 @@ fn single_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<
         goals
     };
     lanes.iter().enumerate().map(goals).collect()
-}
-
-/// Pairs lanes with lanes in order, so that the fewest pairs `crosses` something; straight on, those that lie least sideways from each
-/// other. Where there are more lanes in than out, some become one.
-fn pair_up(
-    (ins, outs): (&[usize], &[usize]),
-    lanes: &[(usize, &ArmLane)],
-    target: &TurnTarget,
-    crosses: impl Fn(&(usize, usize)) -> bool,
-) -> Vec<(usize, usize)> {
-    let (k, n) = (ins.len(), outs.len());
-    let pairs = |out_of: &dyn Fn(usize) -> usize| -> Vec<(usize, usize)> {
-        ins.iter().enumerate().map(|(j, &i)| (i, outs[out_of(j)])).collect()
-    };
-    if n == 0 {
-        return Vec::new();
-    }
-    let mut choices: Vec<Vec<(usize, usize)>> = if k > n {
-        // Evenly, or only at one side, or at both.
-        let at_sides = (0..=k - n).map(|first| pairs(&|j| j.saturating_sub(first).min(n - 1)));
-        std::iter::once(pairs(&|j| j * n / k)).chain(at_sides).collect()
-    } else {
-        (0..=n - k).map(|shift| pairs(&|j| j + shift)).collect()
-    };
-    let crossings = |pairs: &[(usize, usize)]| pairs.iter().filter(|pair| crosses(pair)).count();
-    let fewest = choices.iter().map(|pairs| crossings(pairs)).min();
-    choices.retain(|pairs| Some(crossings(pairs)) == fewest);
-    let sideways = |pairs: &[(usize, usize)]| -> f64 {
-        pairs.iter().map(|&(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum()
-    };
-    let chosen = match target.turn {
-        turn if turn.abs() <= STRAIGHT_ON => choices.into_iter().min_by(|a, b| sideways(a).total_cmp(&sideways(b))),
-        turn if turn > 0.0 || k > n => choices.into_iter().next(),
-        _ => choices.into_iter().next_back(),
-    };
-    chosen.unwrap_or_default()
 }
 
 /// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out, unless there is no room

@@ -3,14 +3,14 @@
 //! Lanes are assigned approach by approach. Carriageways that arrive side by side have the same light as a rule, and Autoware watches
 //! nobody on a straight lanelet with a light: where their movements crossed, two vehicles would drive into each other.
 
+use crate::builder::intersection::movement_types::{Movement, TurnTarget};
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::STRAIGHT_ON;
 use crate::builder::tags::cross_section::StripKind;
 use crate::geometry::{angle_between, cross};
 
-use super::pair_up;
-use crate::builder::intersection::movement_types::{Movement, TurnTarget};
+use super::lane_pairs::pair_up;
 
 /// Approaches, and exits, whose directions differ by at most this, degrees, lie side by side.
 const SIDE_BY_SIDE: f64 = 25.0;
