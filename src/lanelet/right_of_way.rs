@@ -1,4 +1,4 @@
-//! Whom a movement need not watch: the `yield` sets of `right_of_way` elements.
+//! Which lanelets a `right_of_way` element lists as `yield`: those that the lanelet may ignore, because they give way to it or have red.
 //!
 //! A lanelet without such an element is taken to give way to everything that crosses it. The element lists what it may
 //! ignore: lanes that stand at red while it drives, and lanes that must give way to it.

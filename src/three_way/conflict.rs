@@ -1,4 +1,4 @@
-//! What both sides changed, and not to the same.
+//! A conflict: both sides changed the same thing, to different values. Which changes are conflicts, `fields` and `decide` tell.
 
 use serde::Serialize;
 

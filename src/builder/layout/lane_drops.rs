@@ -80,15 +80,15 @@ fn missing_lanes(layout: &Layout, at: &Intersection, to: usize, pairs: &[[usize;
 }
 
 /// Where additional lanes of a road end: distance along its line from the end at the intersection, metres. `None` where
-/// [`divisible`] gives none.
+/// [`place_to_change_lanes`] gives none.
 fn length(layout: &Layout, at: RoadEnd) -> Option<f64> {
-    divisible(layout, at, LENGTH.min(SHARE * layout.left(at.road)))
+    place_to_change_lanes(layout, at, LENGTH.min(SHARE * layout.left(at.road)))
 }
 
 /// The distance along the line of a road from one of its ends to a place so many metres behind its cut there, if its number of lanes may
-/// change there. `None` where the road is too short, is part of a roundabout or has a lane for both directions, and where something on
-/// it belongs to the intersection that would lie behind that place.
-pub(super) fn divisible(layout: &Layout, at: RoadEnd, behind: f64) -> Option<f64> {
+/// change there. `None` where the road is too short, is part of a roundabout or has a lane for both directions, and where a light,
+/// sign or stop line for this end of the road would lie beyond that place, or too near it.
+pub(super) fn place_to_change_lanes(layout: &Layout, at: RoadEnd, behind: f64) -> Option<f64> {
     let network = &layout.network;
     let road = network.road(at.road);
     let both = road.section.driven().any(|(_, strip)| strip.travel == Travel::Both);

@@ -11,7 +11,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::left_of;
 
-use super::lane_drops::{LENGTH, divisible};
+use super::lane_drops::{LENGTH, place_to_change_lanes};
 use super::map_layout::Layout;
 
 /// A lane opens over at least this length, metres: six times its width.
@@ -67,7 +67,7 @@ fn opening_of(
         return None;
     }
     let piece = LENGTH.min(layout.left(wide.road) / (more - fewer) as f64);
-    let length = divisible(layout, wide, piece).filter(|_| piece >= LEAST)?;
+    let length = place_to_change_lanes(layout, wide, piece).filter(|_| piece >= LEAST)?;
     let block = match road.one_way() {
         Some(_) => straightest_block(network.side, (few, narrow.end, &first, before), (road, wide.end, &lanes, behind)),
         // The lanes of the other direction stay where they are: the outer ones open.

@@ -1,4 +1,4 @@
-//! Defaults for missing tags, by class or by the settings: how many lanes a road has, how wide they are.
+//! Defaults for missing tags: how wide lanes are, by class, and what the settings assume. How many lanes there are, `lanes` tells.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::settings::{AssumeSettings, Highway};
