@@ -52,18 +52,19 @@ const groupName = ({ severity, code, group }) => `${severity} ${code} ${state.re
 /** How broad the text of a row may be: the list but for its padding and the dots. */
 const textWidth = () => list.element.clientWidth - 60;
 
-/** The height of a row: as much as its text takes. */
+/** The height of a row: as much as its text takes; two lines in a browser that measures no text because it cannot draw. */
 function heightOf(text) {
   // Hardly any letter is broader than this or narrower than that, in pixels.
   if (text.length * 4.5 > list.width) return ROW;
-  return text.length * 10 > list.width && list.pen.measureText(text).width > list.width ? ROW : SHORT_ROW;
+  if (text.length * 10 <= list.width) return SHORT_ROW;
+  return !list.pen || list.pen.measureText(text).width > list.width ? ROW : SHORT_ROW;
 }
 
 /** Headings, groups, findings and counts with where each starts. */
 function layRows() {
   list.width = textWidth();
   list.pen ??= document.createElement('canvas').getContext('2d');
-  list.pen.font = `13.5px ${getComputedStyle(list.element).fontFamily}`;
+  if (list.pen) list.pen.font = `13.5px ${getComputedStyle(list.element).fontFamily}`;
   list.rows = [];
   list.top = [];
   let y = 0;
