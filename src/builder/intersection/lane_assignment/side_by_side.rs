@@ -14,9 +14,12 @@ use super::lane_pairs::pair_up;
 
 /// Approaches, and exits, whose directions differ by at most this, degrees, lie side by side.
 const SIDE_BY_SIDE: f64 = 25.0;
+/// Approaches nearer to each other than this, metres, touch.
+const TOUCHING: f64 = 1.0;
 
 /// Takes apart the movements that cross between approaches side by side and lead to one road: their lanes lead there in order. Mapped
-/// connections of lanes stay.
+/// connections of lanes stay. So do those of approaches that touch, where lanes become fewer straight on: lanelets that lead beside each
+/// other from one place to another would have to share a border.
 pub fn keep_order(
     restrictions: &ResolvedRestrictions,
     (arms, targets): (&[&Arm], &[Vec<TurnTarget>]),
@@ -75,6 +78,13 @@ fn side_by_side(arms: &[&Arm]) -> Vec<(usize, usize)> {
     pairs.filter(in_order).collect()
 }
 
+/// Between the last lane of the left approach and the first lane of the right one, metres across.
+fn gap(left: &Arm, right: &Arm) -> f64 {
+    let Some((last, first)) = left.into.last().zip(right.into.first()) else { return f64::INFINITY };
+    let across = -cross(last.pose.heading, first.pose.point - last.pose.point);
+    across - 0.5 * (last.width + first.width)
+}
+
 /// Between the directions of two arms, degrees.
 fn angle(one: &Arm, other: &Arm) -> f64 {
     angle_between(one.inward, other.inward).abs().to_degrees()
@@ -98,6 +108,10 @@ fn lead_in_order(arms: &[&Arm], target: &TurnTarget, (left, right): (usize, usiz
         leading.iter().map(|&(is_right, lane)| (lane, &arms[from(is_right)].into[lane])).collect();
     let ins: Vec<usize> = (0..lanes.len()).collect();
     let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&out| for_cars(&target.arm.out[out])).collect();
+    let is_straight = target.turn.abs() <= STRAIGHT_ON;
+    if is_straight && ins.len() > outs.len() && gap(arms[left], arms[right]) < TOUCHING {
+        return;
+    }
     let pairs = pair_up((&ins, &outs), &lanes, target, |_| false);
     all.retain(|m| !concerns(m));
     all.extend(pairs.into_iter().map(|(i, out_lane)| {
