@@ -43,7 +43,8 @@ const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
 /// is wider than 13 m.
 const DETOUR_MOST: f64 = 1.05;
 
-/// How many movements are drawn in an intersection of this network at most.
+/// How many movements are drawn in an intersection of this network at most. This depends on the whole network, so that a tile could come
+/// out otherwise than the map; none of 80 extracts of real streets reaches the limit.
 pub fn most_movements(network: &RoadNetwork) -> usize {
     let pairs = |at: &Intersection| {
         let count =

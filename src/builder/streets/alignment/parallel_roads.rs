@@ -48,8 +48,7 @@ const PLACES_OF_VERTEX: usize = 12;
 const LEAST_PLACES: usize = 60_000;
 
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
-/// intersections roads may overlap. The finding tells of a road
-/// beside too many others, or that there are too many to move any.
+/// intersections roads may overlap. The finding tells of a road beside too many others, or that there are too many to move any.
 #[must_use]
 pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> (RoadNetwork, Option<Finding>) {
     let (hints, mut active) = rayon::join(|| side_hints(&network), || candidates(&network, kept));
