@@ -111,7 +111,7 @@ enum Verb {
 /// Runs on one of the threads that share the work: no other is waited for where there is none to share. This thread, which would
 /// only wait, meanwhile unpacks what every layout of streets asks for first.
 fn shared(run: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failure> {
-    memory::keep(memory::QUICK);
+    memory::keep(memory::KEPT_LONG_MS);
     let mut result = Ok(CLEAN);
     rayon::in_place_scope(|threads| {
         threads.spawn(|_| result = run());

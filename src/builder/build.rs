@@ -230,7 +230,7 @@ fn overruled_wishes(streets: &Streets, merges: &[(MergeSettings, bool)]) -> Vec<
             note.key.first,
             note.key.last
         );
-        Some(Finding::new(UNMET_WISH, Subject::Way(note.key.way), message).graded(Severity::Warning))
+        Some(Finding::new(MERGE_UNMET, Subject::Way(note.key.way), message).graded(Severity::Warning))
     });
     told.collect()
 }
@@ -241,7 +241,7 @@ fn place_of(said: &MergeSettings) -> String {
 }
 
 /// Slug of the finding about an entry that names no road, or that has no effect.
-pub const UNMET_WISH: &str = "merge-unmet";
+pub const MERGE_UNMET: &str = "merge-unmet";
 
 fn merge_without_effect((said, merge): &(MergeSettings, bool)) -> Finding {
     let key = if *merge { "merge" } else { "keep_apart" };
@@ -254,7 +254,7 @@ fn merge_without_effect((said, merge): &(MergeSettings, bool)) -> Finding {
             format!("no road between two intersections lies between the nodes {}", nodes.join(", "))
         }
     };
-    Finding::new(UNMET_WISH, Subject::Map, format!("{place}[[{key}]] does nothing: {message}"))
+    Finding::new(MERGE_UNMET, Subject::Map, format!("{place}[[{key}]] does nothing: {message}"))
         .graded(Severity::Warning)
 }
 

@@ -30,7 +30,7 @@ pub mod tags;
 #[cfg(test)]
 mod tests;
 
-pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_opendrive, build_plan, plan, uncontested};
+pub use build::{BuildError, Built, MERGE_UNMET, Summary, build, build_opendrive, build_plan, plan, uncontested};
 pub use opendrive::Placing;
 pub use options::{BuildOptions, Plan};
 pub use postprocess::user_elements::UNDRAWN;

@@ -78,7 +78,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let mut merges = String::new();
     let map = BuiltMap::uncontested(&options, |options| -> Result<Layout, Failure> {
         let layout = Layout::read(args.input.as_path(), options, &|doing| progress.next(doing))?;
-        memory::keep(memory::SPARING);
+        memory::keep(memory::KEPT_BRIEFLY_MS);
         progress.next("building");
         let streets = &layout.plan.streets;
         merges = input::merges(&streets.merges, &streets.findings, &args.streets);
@@ -147,7 +147,7 @@ fn run_keep(
 
 /// Builds the map in tiles and writes its cells, all or none.
 fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Progress) -> Result<u8, Failure> {
-    memory::keep(memory::SPARING);
+    memory::keep(memory::KEPT_BRIEFLY_MS);
     let sizes = TileSizes { tile: size, cell: args.cells.unwrap_or(CELL), margin: args.margin };
     let tiles = TileOptions { sizes, resume: args.resume };
     let tell = |doing: &str| {

@@ -38,7 +38,7 @@ pub struct CutArgs {
 
 /// Cuts the data and says what came of it.
 pub fn run(args: &CutArgs) -> Result<u8, Failure> {
-    memory::keep(memory::SPARING);
+    memory::keep(memory::KEPT_BRIEFLY_MS);
     let progress = Progress::start("reading");
     let mut options = args.layout.options();
     options.configuration.profile = args.profile.map(Into::into);

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::api::layout::{Layout, LayoutOptions};
+use crate::builder::MERGE_UNMET;
 use crate::builder::UNDRAWN;
-use crate::builder::UNMET_WISH;
 use crate::builder::network::UNMET_ROAD;
 use crate::builder::streets::consolidate::MergeNote;
 use crate::builder::tags::road_class::DrivingSide;
@@ -73,7 +73,7 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
     for note in notes.iter().filter(|_| args.explain_merges) {
         let _ = writeln!(text, "{}", visible(&note.to_string()));
     }
-    for unmet in findings.iter().filter(|finding| [UNMET_WISH, UNMET_ROAD].contains(&finding.fault)) {
+    for unmet in findings.iter().filter(|finding| [MERGE_UNMET, UNMET_ROAD].contains(&finding.fault)) {
         let _ = writeln!(text, "warning: {}", visible(&unmet.message));
     }
     text

@@ -5,10 +5,10 @@ use tikv_jemalloc_ctl::{Access, AsName};
 
 /// While streets are laid out, which takes less for a city: what one stage frees the next one takes again, and the system need
 /// not clear other memory for it.
-pub const QUICK: isize = 1000;
+pub const KEPT_LONG_MS: isize = 1000;
 /// While a map is built, and whenever nothing else is said (`ALLOCATION` in `main.rs`): it takes more memory than anything
 /// else, and what one of its stages has freed the next does not ask for in the same sizes.
-pub const SPARING: isize = 100;
+pub const KEPT_BRIEFLY_MS: isize = 100;
 
 /// Lets the allocator keep what was freed for so many milliseconds.
 #[cfg(feature = "allocator")]
@@ -24,7 +24,7 @@ pub fn keep(milliseconds: isize) {
 /// Gives back at once what was freed: also what belongs to threads that have ended, which nobody would give back otherwise.
 pub fn give_back() {
     keep(0);
-    keep(SPARING);
+    keep(KEPT_BRIEFLY_MS);
 }
 
 /// There is no such allocator.

@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::finding_counts::{FindingCounts, errors};
-use super::nearby::{NEAR, around, changed, connected};
+use super::nearby::{REACHES_TRIED, around, changed, connected};
 use super::route::{self, Change, Route};
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Subject};
@@ -188,7 +188,7 @@ impl<J: Judge> ChangeJudge<J> {
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
         if let Some((known, changed)) = least.filter(|(_, changed)| !changed.is_empty()) {
-            for reach in NEAR {
+            for reach in REACHES_TRIED {
                 let near = around([known.osm, osm], &changed, reach, |node| self.judge.place(node));
                 let to_show = reach.is_close.then_some(&changed);
                 let judged = near.map(|near| self.judged_in_part(known, osm, to_show, near));

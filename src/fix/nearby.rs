@@ -26,7 +26,7 @@ const CLOSE: Near = Near { shape: 3, words: 1, is_close: true };
 const WIDE: Near = Near { shape: 6, words: 6, is_close: false };
 
 /// What is tried one after the other.
-pub const NEAR: [Near; 2] = [CLOSE, WIDE];
+pub const REACHES_TRIED: [Near; 2] = [CLOSE, WIDE];
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
