@@ -118,7 +118,7 @@ class Map:
             self.lanes.append({
                 "id": relation.get("id"), "tags": tags, "start": (left[0], right[0]), "end": (left[-1], right[-1]),
                 "from": middle(0), "to": middle(-1), "length": length, "way": tags.get("road_id", "").split(":")[0],
-                "sides": (bounds["left"], bounds["right"]),
+                "sides": (bounds["left"], bounds["right"]), "line": line,
             })
         starts = collections.defaultdict(list)
         for i, lane in enumerate(self.lanes):
@@ -250,6 +250,10 @@ class Town:
         ending = {i for i in passing if math.dist(self.built.lanes[i][key], self.nodes[node][:2]) < 45}
         return ending or passing
 
+    def starts_within(self, node):
+        """Whether a route from a node starts on its way along lanes, and not where they begin."""
+        return all(math.dist(self.built.lanes[i]["from"], self.nodes[node][:2]) >= 45 for i in self.near(node, "from"))
+
     def route(self, start, end):
         """The names of the ways of a route, each once in a row; None if there is none."""
         if self.built is None:
@@ -264,7 +268,12 @@ def once(words):
 
 
 def distance(place, lane):
-    (ax, ay), (bx, by), (px, py) = lane["from"], lane["to"], place[:2]
+    """Metres from a place to the left bound of a lane."""
+    return min(to_segment(place, a, b) for a, b in zip(lane["line"], lane["line"][1:]))
+
+
+def to_segment(place, start, end):
+    (ax, ay), (bx, by), (px, py) = start, end, place[:2]
     length = (bx - ax) ** 2 + (by - ay) ** 2
     t = max(0.0, min(1.0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) if length else 0.0
     return math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py)

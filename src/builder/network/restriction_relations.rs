@@ -139,7 +139,7 @@ impl Lookup<'_> {
         match (members.via_nodes.as_slice(), members.via_ways.as_slice()) {
             ([node], []) => self.at_node(*node, &from, &to, value),
             ([], []) => Err("it has no via"),
-            ([], ways) => self.over_ways(ways, &from, &to),
+            ([], ways) => self.over_ways(ways, &from, &to, value),
             _ => Err("its via is neither one node nor ways"),
         }
     }
@@ -170,8 +170,7 @@ impl Lookup<'_> {
         if turns.is_empty() {
             return Err("no traffic can go from its first way to its last over its via");
         }
-        let several_members = value.ends_with("_entry") || value.ends_with("_exit");
-        if turns.len() > 1 && !several_members {
+        if turns.len() > 1 && !has_several_members(value) {
             turns.retain(|(from, to)| self.turns_as(value, *from, *to));
         }
         if turns.is_empty() {
@@ -193,8 +192,9 @@ impl Lookup<'_> {
         }
     }
 
-    /// The turns over a chain of roads that uses every `via` way.
-    fn over_ways(&self, via: &[i64], from: &[RoadEnd], to: &[RoadEnd]) -> Result<Turns, &'static str> {
+    /// The turns over a chain of roads that uses every `via` way. If a way passes through its ends, only those whose angle as a whole fits
+    /// the value.
+    fn over_ways(&self, via: &[i64], from: &[RoadEnd], to: &[RoadEnd], value: &str) -> Result<Turns, &'static str> {
         if via.iter().any(|way| !self.roads_of_way.contains_key(way)) {
             return Err("a via way is missing or is not driven on");
         }
@@ -209,7 +209,17 @@ impl Lookup<'_> {
         // Ways may touch the via ways more than once: the shortest chain counts.
         let shortest = turns.iter().map(|(_, chain, _)| chain.len()).min();
         turns.retain(|(_, chain, _)| Some(chain.len()) == shortest);
-        if turns.is_empty() { Err("its ways do not form a chain") } else { Ok(turns) }
+        if turns.is_empty() {
+            return Err("its ways do not form a chain");
+        }
+        if turns.len() > 1 && !has_several_members(value) {
+            turns.retain(|(from, _, to)| self.turns_as(value, *from, *to));
+        }
+        if turns.is_empty() {
+            Err("its ways pass through its via ways, and no turn there is as it says")
+        } else {
+            Ok(turns)
+        }
     }
 
     /// The shortest chain of roads of the `via` ways, in their order, from one road end to another.
@@ -248,6 +258,11 @@ impl Lookup<'_> {
         let entry = arms.filter(|arm| self.network.intersection_at(*arm) == from).find(|arm| self.leaves(*arm))?;
         Some(self.network.road(road).intersection(entry.end.other()))
     }
+}
+
+/// Whether a restriction of this value may name several ways to come from, or to go to.
+fn has_several_members(value: &str) -> bool {
+    value.ends_with("_entry") || value.ends_with("_exit")
 }
 
 /// From, via, to.

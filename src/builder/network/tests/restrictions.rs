@@ -80,3 +80,34 @@ fn restrictions_over_ways() {
     restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
     assert_eq!(slugs(&build(&osm)), ["restriction-skipped"]);
 }
+
+#[test]
+fn ways_that_pass_through_the_via_ways_are_meant_where_the_turn_is_as_named() {
+    // A street with a side road to the east that bends north or south at its end.
+    let nodes = [
+        (1, 0.0, 100.0, ""),
+        (2, 0.0, 0.0, ""),
+        (3, 0.0, -100.0, ""),
+        (4, 60.0, 0.0, ""),
+        (5, 60.0, 100.0, ""),
+        (6, 60.0, -100.0, ""),
+    ];
+    let read = |value: &str, to: i64| {
+        let ways: [(i64, &[i64], &str); 3] = [(10, &[1, 2, 3], ""), (20, &[2, 4], ""), (30, &[5, 4, 6], "")];
+        let mut osm = data(&nodes, &ways);
+        restrict(&mut osm, 1, value, &[("from", 'w', 10), ("via", 'w', 20), ("to", 'w', to)]);
+        build(&osm)
+    };
+    let from_to = |read: &NetworkReading| {
+        let ends = |arm: RoadEnd| {
+            let road = read.network.road(arm.road);
+            if arm.end == End::Start { road.key.last } else { road.key.first }
+        };
+        let turns = read.network.restrictions.iter().map(|r| [ends(r.from), ends(r.to)]);
+        turns.collect::<Vec<[i64; 2]>>()
+    };
+    assert_eq!(from_to(&read("restriction=no_u_turn", 30)), [[1, 5], [3, 6]]);
+    assert_eq!(from_to(&read("restriction=no_straight_on", 30)), [[1, 6], [3, 5]]);
+    let none = read("restriction=no_right_turn", 30);
+    assert_eq!((turns(&none), slugs(&none)), (vec![], vec!["restriction-skipped"]));
+}
