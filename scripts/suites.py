@@ -40,8 +40,9 @@ JUDGED_ROUTES = {
     "a via way that goes on beyond its chain is followed as far as the chain goes; OSRM drops the restriction": [
         ("Ambiguous via ways", {("a", "f"), ("f", "a")}),
     ],
-    "of a way that passes through the via node the part counts to which the turn is as named; OSRM drops the restriction": [
+    "of a way that passes through the via the part counts to which the turn is as named; OSRM drops the restriction": [
         ("Ambiguous ways", {("d", "x")}),
+        ("Ambiguous from/to ways", {("f", "a"), ("c", "f")}),
     ],
 }
 
