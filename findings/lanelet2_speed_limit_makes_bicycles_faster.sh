@@ -1,7 +1,7 @@
 #!/bin/sh
 # Lanelet2 1.2.3: where a speed limit of 100 km/h is written on a road, bicycles ride at 100 km/h; without it they ride at 20.
 #
-# One would guess: a limit takes speed away and never gives it; a bicycle goes at the lower of what it can do (the library's own 20 km/h) and
+# One would guess: a limit takes speed away and never gives it; a bicycle goes at the lower of its own 20 km/h and
 #   what is allowed, and its quickest route prefers the short way.
 # What happens: `speed_limit` takes the place of the participant's own speed, which counts only where the tag is missing. Routes for bicycles
 #   by `RoutingCostTravelTime` go four times as far, along the road with a limit, rather than on the cycle lane. A lorry, in turn, has
