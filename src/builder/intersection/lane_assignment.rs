@@ -2,6 +2,7 @@
 //! lanes lead on in order, so that the movements of neighbours never cross.
 
 mod arrow_targets;
+mod free_lanes;
 mod lane_pairs;
 mod side_by_side;
 #[cfg(test)]
@@ -49,6 +50,7 @@ pub fn assign_lanes(
         all.append(&mut approach.movements);
     }
     side_by_side::keep_order(restrictions, (arms, targets), &mut all);
+    free_lanes::use_free_lanes(restrictions, arms, &mut all);
     reach_all(arms, &mut all, &[]);
     all.sort_unstable();
     all.dedup();

@@ -61,30 +61,22 @@ fn without(arms: &[&Arm], all: &[Movement], gone: &Movement) -> Option<Vec<Movem
 mod tests {
     use crate::builder::lanes::types::ArmLane;
     use crate::builder::network::{End, RoadEnd, RoadIx};
-    use crate::builder::tags::cross_section::{Arrows, StripKind};
-    use crate::geometry::pose::Pose;
-    use crate::geometry::{Point, Vector};
-    use crate::lanelet::PointId;
+    use crate::builder::tags::cross_section::StripKind;
+    use crate::geometry::Vector;
 
     use super::*;
-
-    fn lane() -> ArmLane {
-        ArmLane {
-            lane: 0,
-            nodes: [PointId(1), PointId(2)],
-            places: [Point::origin(); 2],
-            pose: Pose { point: Point::origin(), heading: Vector::new(1.0, 0.0) },
-            width: 3.0,
-            kind: StripKind::Drive,
-            arrows: Arrows::NONE,
-            straight: 0.0,
-        }
-    }
 
     /// An arm with so many lanes that lead in and out.
     fn arm(road: usize, [into, out]: [usize; 2]) -> Arm {
         let (at, ahead) = (RoadEnd { road: RoadIx::new(road), end: End::Start }, Vector::new(1.0, 0.0));
-        Arm { at, inward: ahead, aim: ahead, into: vec![lane(); into], out: vec![lane(); out], cut: Vec::new() }
+        Arm {
+            at,
+            inward: ahead,
+            aim: ahead,
+            into: vec![ArmLane::plain(); into],
+            out: vec![ArmLane::plain(); out],
+            cut: Vec::new(),
+        }
     }
 
     fn movement([from, in_lane, to, out_lane]: [usize; 4]) -> Movement {

@@ -47,6 +47,23 @@ pub struct ArmLane {
     pub straight: f64,
 }
 
+#[cfg(test)]
+impl ArmLane {
+    /// A lane for cars, 3 m wide, in the origin.
+    pub fn plain() -> Self {
+        Self {
+            lane: 0,
+            nodes: [PointId(1), PointId(2)],
+            places: [Point::origin(); 2],
+            pose: Pose { point: Point::origin(), heading: Vector::new(1.0, 0.0) },
+            width: 3.0,
+            kind: StripKind::Drive,
+            arrows: Arrows::NONE,
+            straight: 0.0,
+        }
+    }
+}
+
 impl ArmLane {
     /// The end of a lane of [`Lanes::lanes`] on these nodes, left and right, without arrows.
     pub fn new(assembly: &MapBuilder, lane: usize, nodes: [PointId; 2], heading: Vector, kind: StripKind) -> Self {
