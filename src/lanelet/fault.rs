@@ -319,6 +319,11 @@ pub enum Condition {
         /// Those of the first node.
         first: [f64; 2],
     },
+    /// Map: latitudes stand as longitudes, and longitudes as latitudes.
+    ExchangedDegrees {
+        /// What the first node has as latitude and longitude.
+        first: [f64; 2],
+    },
     /// Node: no `ele`, which loads as 0.
     NoElevation,
     /// Map: all nodes without `ele` lie at height 0, where Lanelet2's own writer leaves it out.

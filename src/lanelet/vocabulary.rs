@@ -1,5 +1,7 @@
 //! The words that Lanelet2, Autoware and map makers write in tags and roles, and whether a tag is one of them or a slip of the pen.
 
+mod meanings;
+mod slips;
 mod table;
 
 use std::sync::LazyLock;
@@ -8,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::Attributes;
 use crate::text::misspelt;
+use meanings::Meanings;
 pub use table::{Form, Key, On, Renamed, Roles, Slip, Source, Types, Words};
 
 /// The table, made ready to look things up.
@@ -16,6 +19,7 @@ struct Index {
     /// The keys with `…`, `LAMP` written out, and where each stands in the table.
     keys: Vec<(String, usize)>,
     by_name: FxHashMap<String, usize>,
+    meanings: Meanings,
 }
 
 static INDEX: LazyLock<Option<Index>> = LazyLock::new(|| {
@@ -27,7 +31,8 @@ static INDEX: LazyLock<Option<Index>> = LazyLock::new(|| {
         .flat_map(|(at, key)| words.written_out(key).into_iter().map(move |name| (name, at)))
         .collect();
     let by_name = keys.iter().cloned().collect();
-    Some(Index { words, keys, by_name })
+    let meanings = Meanings::new(&words);
+    Some(Index { words, keys, by_name, meanings })
 });
 
 /// The table; `None` if it was spoilt before compiling, which a test prevents.
@@ -44,15 +49,15 @@ pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
     let known = match index.by_name.get(key) {
         Some(&at) => index.words.key.get(at)?,
         None if is_number(key) => index.words.key.iter().find(|one| one.name == "ID")?,
-        None => return index.key(on, key).map(Slip::Key),
+        None => return index.key(on, tags, key).map(Slip::Key),
     };
     if value.is_empty() {
         return None;
     }
     match known.name.as_str() {
-        "type" => index.words.kind(on, value).map(Slip::Value),
-        "subtype" => index.words.subtype(on, tags.get("type"), value).map(Slip::Value),
-        _ => known.value(value),
+        "type" => index.words.kind(on, value, &index.meanings).map(Slip::Value),
+        "subtype" => index.words.subtype(on, tags.get("type"), value, &index.meanings).map(Slip::Value),
+        _ => known.value(value, &index.meanings),
     }
 }
 
@@ -69,17 +74,21 @@ impl Index {
     }
 
     /// The key that was meant by one that nothing knows.
-    fn key(&'static self, on: On, said: &str) -> Option<&'static str> {
+    fn key(&'static self, on: On, tags: &Attributes, said: &str) -> Option<&'static str> {
         if self.words.foreign.keys.iter().any(|foreign| foreign == said) {
             return None;
         }
         let is_here = |at: usize| self.words.key.get(at).is_some_and(|key| key.on.contains(&on));
-        let nearest = |here: bool| {
-            let keys = self.keys.iter().filter(|(_, at)| is_here(*at) == here);
-            misspelt(said, keys.map(|(name, _)| name.as_str()))
+        let keys = |here: bool| {
+            let keys = self.keys.iter().filter(move |(_, at)| is_here(*at) == here);
+            keys.map(|(name, _)| name.as_str())
         };
-        // Beside those of its own kind, what somebody wrote on the wrong kind of primitive.
-        nearest(true).or_else(|| nearest(false)).or_else(|| self.key_of_vehicles(said))
+        // Beside those of its own kind, what somebody wrote on the wrong kind of primitive. Another word is somebody's own where the
+        // known one stands beside it.
+        misspelt(said, keys(true))
+            .or_else(|| misspelt(said, keys(false)))
+            .or_else(|| self.key_of_vehicles(said))
+            .or_else(|| self.meanings.of(said, keys(true)).filter(|meant| !tags.has(meant)))
     }
 
     /// The key that names a kind of vehicle alone: `participant:car` for `participant:vehicle:car`.
@@ -171,6 +180,83 @@ mod tests {
         assert_eq!(lanelet("301599", "turn_singal_right"), Some(Slip::Value("turn_signal_right")));
         for foreign in ["oneway", "highway", "junction_id", "2237", "anything"] {
             assert_eq!(lanelet(foreign, "yes"), None, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn other_words_of_the_same_meaning_are_told() {
+        let value = |on: On, kind: &str, subtype: &str| {
+            let key = if subtype.is_empty() { "type" } else { "subtype" };
+            let tags: Attributes = [("type", kind), ("subtype", subtype)].into_iter().collect();
+            match slip(on, &tags, key, tags.get(key).unwrap()) {
+                Some(Slip::Value(meant)) => meant,
+                None => "",
+                other => panic!("{kind} {subtype}: {other:?}"),
+            }
+        };
+        for (said, meant) in [
+            ("line", "line_thin"),
+            ("lane_marking", "line_thin"),
+            ("road_edge", "road_border"),
+            ("roadBoundary", "road_border"),
+            ("kerb", "curbstone"),
+            ("unmarked", "virtual"),
+            ("halt_line", "stop_line"),
+            ("traffic_signal", "traffic_light"),
+            // A word of polygons, on a way that is none.
+            ("speed_bumper", "speed_bump"),
+            ("area", ""),
+            ("station", ""),
+            ("poi", ""),
+            ("building", ""),
+        ] {
+            assert_eq!(value(On::LineString, said, ""), meant, "{said}");
+        }
+        for (said, meant) in [
+            ("dotted", "dashed"),
+            ("dashed_line", "dashed"),
+            ("solid_white", "solid"),
+            ("continuous", "solid"),
+            // The order counts where both orders are known.
+            ("solid_broken", "solid_dashed"),
+            ("broken_solid", "dashed_solid"),
+            ("double_solid", "solid_solid"),
+        ] {
+            assert_eq!(value(On::LineString, "line_thin", said), meant, "{said}");
+        }
+        for (said, meant) in [("rgy", "red_yellow_green"), ("red_amber_green", "red_yellow_green"), ("vertical", "")] {
+            assert_eq!(value(On::LineString, "traffic_light", said), meant, "{said}");
+        }
+        assert_eq!(value(On::Polygon, "parking_spot", ""), "parking_space");
+        assert_eq!(value(On::Polygon, "junction_area", ""), "intersection_area");
+        assert_eq!(value(On::Polygon, "camping_site", ""), "");
+        for (said, meant) in [("sidewalk", "walkway"), ("bikelane", "bicycle_lane"), ("motorway", ""), ("street", "")] {
+            assert_eq!(value(On::Lanelet, "lanelet", said), meant, "{said}");
+        }
+        for (said, meant) in [
+            ("vehicle", "participant:vehicle"),
+            ("car", "participant:vehicle:car"),
+            ("access:vehicle", "participant:vehicle"),
+            ("turn", "turn_direction"),
+            ("max_speed", "speed_limit"),
+        ] {
+            assert_eq!(slip_of(On::Lanelet, &[(said, "yes")], said), Some(Slip::Key(meant)), "{said}");
+            assert_eq!(slip_of(On::Lanelet, &[(said, "yes"), (meant, "yes")], said), None, "{said}");
+        }
+        for foreign in ["maxspeed", "bicycle", "zone", "slope", "level"] {
+            assert_eq!(slip_of(On::Lanelet, &[(foreign, "1")], foreign), None, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn other_words_stand_for_known_ones_and_are_not_known_themselves() {
+        let words = Words::parse().unwrap();
+        let lists = words.types.iter().flat_map(|list| list.names.iter().chain(list.subtypes.iter().flatten()));
+        let keys: Vec<String> = words.key.iter().flat_map(|key| words.written_out(key)).collect();
+        let known: Vec<&String> = lists.chain(&words.paint.words).chain(&keys).collect();
+        for one in &words.meant {
+            assert!(known.contains(&&one.word), "{} is not known", one.word);
+            assert!(!one.said.contains(&one.word), "{} stands for itself", one.word);
         }
     }
 }

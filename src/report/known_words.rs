@@ -10,7 +10,7 @@ pub fn known_words() -> String {
     let mut text = String::from(
         "# Tags that are known\n\n\
          What Lanelet2 and Autoware read in a map, and where that stands; the rule [tag](../rules/tag.md) tells of what is nearly one of\n\
-         these words and is none. Other tags may stand in a map. This page is written from `src/lanelet/vocabulary/words.toml` by\n\
+         these words, or means the same, and is none. Other tags may stand in a map. This page is written from `src/lanelet/vocabulary/words.toml` by\n\
          `make rules`.\n\n\
          ## Keys\n\n\
          `…` stands for a participant: ",
@@ -57,6 +57,14 @@ pub fn known_words() -> String {
         let of: Vec<&str> = old.on.iter().map(|on| name(*on)).collect();
         let word = old.value.as_ref().map_or_else(|| old.key.clone(), |value| format!("{}={value}", old.key));
         let _ = writeln!(text, "| {} | `{word}` | `{}` | {} |", of.join(", "), old.now, link(words, &old.source));
+    }
+    text += "\n## Other words\n\nWhat people write in place of a known word. Of a part of a word, any of a group stands for the others:\n\n";
+    for group in &words.alike.words {
+        let _ = writeln!(text, "* {}", quoted(group));
+    }
+    text += "\n| known | others |\n|---|---|\n";
+    for one in &words.meant {
+        let _ = writeln!(text, "| `{}` | {} |", one.word, quoted(&one.said));
     }
     text += "\n## Sources\n\n";
     for source in words.sources.values() {

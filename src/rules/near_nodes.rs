@@ -10,6 +10,15 @@ use crate::lanelet::index::{MapIndex, UnionFind};
 
 use super::crowd;
 
+/// Nodes that differ by more in height, metres, lie above each other: no survey drifts so far within one joint.
+const ONE_FLOOR: f64 = 1.0;
+
+/// Whether two nodes lie on one floor; `true` if a height is unknown.
+pub fn are_on_one_floor(map: &MapIndex, one: PointId, other: PointId) -> bool {
+    let height = |id| map.map.points.get(id).and_then(|point| point.ele());
+    height(one).zip(height(other)).is_none_or(|(a, b)| (a - b).abs() <= ONE_FLOOR)
+}
+
 /// Clusters of nodes that become one node. The oldest node, which stays, comes first.
 pub struct NodeClusters {
     clusters: Vec<Cluster>,
@@ -28,8 +37,8 @@ struct Cluster {
 }
 
 impl NodeClusters {
-    /// The clusters of these pairs. A cluster with a node that is `limit` (m) or more from the oldest is left out: it would move
-    /// farther than any of its findings says.
+    /// The clusters of these pairs. A cluster with a node that is `limit` (m) or more from the oldest, or above it, is left out: it
+    /// would move farther than any of its findings says.
     pub fn of(map: &MapIndex, pairs: impl Iterator<Item = [PointId; 2]>, limit: f64) -> Self {
         let pairs: Vec<[PointId; 2]> = pairs.collect();
         let mut ids: Vec<PointId> = pairs.iter().flatten().copied().collect();
@@ -44,8 +53,9 @@ impl NodeClusters {
         ids.iter().enumerate().for_each(|(at, id)| by_root[sets.root(at)].push(*id));
         let place = |id: &PointId| map.map.points.get(*id).map(|point| point.position);
         let is_close = |cluster: &Vec<PointId>| {
-            let Some(oldest) = cluster.first().and_then(place) else { return false };
-            cluster.iter().filter_map(place).all(|one| (one - oldest).norm() < limit)
+            let Some((first, oldest)) = cluster.first().and_then(|id| Some((*id, place(id)?))) else { return false };
+            let is_there = |id: &PointId| place(id).is_none_or(|one| (one - oldest).norm() < limit);
+            cluster.iter().all(|id| is_there(id) && are_on_one_floor(map, first, *id))
         };
         let mut clusters: Vec<Cluster> = (by_root.into_iter().filter(|nodes| !nodes.is_empty()))
             .map(|nodes| {

@@ -113,6 +113,12 @@ fn place_or_height(map: &MapIndex, fault: &LoadFault, heights: &BTreeMap<PointId
             );
             found("coordinate", message)
         }
+        Condition::ExchangedDegrees { first: [lat, lon] } => {
+            let count = map.map.points.len();
+            let message =
+                format!("Latitude and longitude of the {count} points are exchanged: lat={lat}, lon={lon} the first.");
+            found("coordinate", message)
+        }
         Condition::ElevationLeftOut { nodes } => left_out(map, *nodes),
         Condition::BadCoordinate { said, meant } => {
             let finding = match said {

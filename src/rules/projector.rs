@@ -14,6 +14,10 @@ pub struct Params {
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    // Which projector the map needs shows once its latitudes stand in their place.
+    if map.faults.iter().any(|fault| matches!(fault.condition, Condition::ExchangedDegrees { .. })) {
+        return Vec::new();
+    }
     let faults = map.faults.iter().filter_map(|fault| match &fault.condition {
         Condition::ProjectorInfo(fault) => finding(fault, params),
         _ => None,

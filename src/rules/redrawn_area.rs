@@ -48,7 +48,7 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
             return None;
         }
         let outlines = self.outlines.get_or_init(|| AreaOutlines::new(self.map));
-        outlines.around(lanes)
+        outlines.around(lanes).ok()
     }
 }
 

@@ -21,6 +21,7 @@ use super::vm_07_02;
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = tags(map);
     findings.extend(map.map.lanelets.iter().filter_map(misplaced));
+    findings.extend(named_nothing(map));
     findings.extend(misspelt_roles(map));
     findings.extend(unread_roles(map));
     findings
@@ -105,7 +106,10 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
     if let Slip::Key(meant) = slip {
         let message = format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about));
         let finding = Finding::new("key", about, message);
-        if it.tags.has(meant) {
+        // As soon as one participant is named, who is not named may not enter: of another word than `participant` nobody knows whether
+        // that was meant, unless it lets all vehicles in.
+        let names_some = meant.starts_with("participant") && !key.starts_with("participant");
+        if it.tags.has(meant) || names_some && (meant, value) != ("participant:vehicle", "yes") {
             return Some(finding);
         }
         let renamed = Edit::SetTag { on: about, key: meant.into(), value: value.into() };
@@ -154,6 +158,31 @@ fn misplaced(lanelet: &Lanelet) -> Option<Finding> {
     let message =
         format!("{key}={module} of lanelet {} has no effect: it is read of {needs}, and this is none.", lanelet.id);
     (!is_there).then(|| Finding::new("misplaced", Subject::Lanelet(lanelet.id.0), message))
+}
+
+/// Ids in tags of which the map has no such line: of bulbs that are no part of a light's element, where vm-04-01 tells more, and
+/// of lines that a vehicle should follow.
+fn named_nothing(map: &MapIndex) -> Vec<Finding> {
+    let all = map.map;
+    let elements = all.regulatory_elements.iter().filter(|element| element.subtype == "traffic_light");
+    let in_elements: FxHashSet<LineStringId> =
+        elements.flat_map(|element| element.linestrings("light_bulbs")).collect();
+    let id = |tags: &Attributes, key: &str| Some(LineStringId(tags.get(key)?.trim().parse().ok()?));
+    let bulbs = all.linestrings.iter().filter(|line| !in_elements.contains(&line.id)).filter_map(|line| {
+        let key = "traffic_light_id";
+        let named = id(&line.attributes, key)?;
+        let is_light = all.linestrings.get(named).is_some_and(|body| body.attributes.is("type", "traffic_light"));
+        (!is_light).then_some((Subject::LineString(line.id.0), key, named, "traffic light"))
+    });
+    let lanes = all.lanelets.iter().filter_map(|lanelet| {
+        let key = "waypoints";
+        let named = id(&lanelet.attributes, key)?;
+        all.linestrings.get(named).is_none().then_some((Subject::Lanelet(lanelet.id.0), key, named, "line"))
+    });
+    let finding = |(about, key, named, what): (Subject, &str, LineStringId, &str)| {
+        Finding::new("id", about, format!("{key}={named} of {} names no {what} of the map.", name(about)))
+    };
+    bulbs.chain(lanes).map(finding).collect()
 }
 
 /// The points of light bulbs.

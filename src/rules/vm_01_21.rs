@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
+use crate::lanelet::vocabulary::lanelet_subtypes;
 use crate::lanelet::{LaneletId, RoadType};
 
 use super::{NoParams, lane_kinds, walkway};
@@ -87,13 +88,15 @@ impl<'v, 'm> Kinds<'v, 'm> {
         Self { view, next, before }
     }
 
-    /// The one of a lane and its follower that alone is of another kind than all lanes before and behind it, and that kind.
+    /// The one of a lane and its follower that alone is of another kind than all lanes before and behind it, and that kind, if it is
+    /// one that somebody knows.
     fn between(&self, at: usize, follower: LaneletId) -> Option<(Subject, &'v str)> {
         let follower = self.view.position(follower)?;
         [at, follower].into_iter().find_map(|lane| {
             let around = || self.before[lane].iter().chain(&self.next[lane]);
             let kind = self.view.lanelets[*around().next()?].tag("subtype")?;
             let all = around().all(|&other| self.view.lanelets[other].is(kind));
+            let all = all && lanelet_subtypes().any(|known| known == kind);
             let enclosed = !self.before[lane].is_empty() && !self.next[lane].is_empty();
             let seen = &self.view.lanelets[lane];
             (all && enclosed && !seen.is(kind)).then_some((Subject::Lanelet(seen.id().0), kind))

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
 use crate::lanelet::index::{
-    AreaOutlines, Intersection, MapIndex, Outline, STRAIGHT_ON, U_TURN, Unmarked, declared_area,
+    AreaOutlines, Intersection, MapIndex, Outline, STRAIGHT_ON, U_TURN, Undrawn, Unmarked, declared_area,
 };
 use crate::lanelet::lane_change::is_said_by_side;
 use crate::lanelet::{Lanelet, LineStringId, PolygonId};
@@ -181,7 +181,11 @@ fn turn_without_area(
         _ => finding,
     };
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {
-        Some((_, fix)) => Finding { fix: fix.clone(), ..finding },
+        Some(Bare { fix, .. }) => {
+            let said = finding.message.trim_end_matches('.');
+            let message = format!("{said}{}.", why_undrawn(fix));
+            Finding { fix: fix.clone().ok(), message, ..finding }
+        }
         None if !conflicts && lane.is_some_and(|lane| is_alone(map, lane)) => {
             let message =
                 format!("Lanelet {} has turn_direction, but no lane crosses, joins or leaves it.", lanelet.id);
@@ -208,10 +212,16 @@ fn is_too_large(intersection: &Unmarked) -> bool {
     intersection.lanes.len() > MOST_LANES
 }
 
-/// The intersections without an area, each with what marks it.
+/// An intersection without an area, with what marks it, or why no area is drawn.
+struct Bare {
+    intersection: Unmarked,
+    fix: Result<Fix, Option<Undrawn>>,
+}
+
+/// The intersections without an area.
 struct UnmarkedIntersections<'i, 'm> {
     map: &'i MapIndex<'m>,
-    all: Vec<(Unmarked, Option<Fix>)>,
+    all: Vec<Bare>,
     by_lane: FxHashMap<usize, usize>,
 }
 
@@ -221,42 +231,45 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let members = all.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
         let by_lane = members.collect();
         let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
-        let fix = |one: &Unmarked| {
-            if is_too_large(one) {
-                return None;
-            }
+        let fix = |one: &Unmarked| -> Result<Fix, Option<Undrawn>> {
+            let outlines = outlines.as_ref().filter(|_| !is_too_large(one)).ok_or(None)?;
             // What is not divided yet lies outside of any area.
             if let Some(division) = far_lanes::division(map, one) {
-                return division;
+                return division.ok_or(None);
             }
-            let (outline, lanes) = outlines.as_ref()?.around_with_covered(&one.lanes)?;
+            let (outline, lanes) = outlines.around_with_covered(&one.lanes).map_err(Some)?;
             let title =
                 format!("draw the area of the intersection, tag its {} lanelets and say where they turn", lanes.len());
-            Some(Fix { title, safe: false, edits: marking(map, &lanes, &outline) })
+            Ok(Fix { title, safe: false, edits: marking(map, &lanes, &outline) })
         };
-        let fixes: Vec<Option<Fix>> = all.par_iter().in_small_parts().map(fix).collect();
-        Self { map, all: all.into_iter().zip(fixes).collect(), by_lane }
+        let fixes: Vec<Result<Fix, Option<Undrawn>>> = all.par_iter().in_small_parts().map(fix).collect();
+        let all = all.into_iter().zip(fixes).map(|(intersection, fix)| Bare { intersection, fix });
+        Self { map, all: all.collect(), by_lane }
     }
 
-    fn of_lane(&self, lane: usize) -> Option<&(Unmarked, Option<Fix>)> {
+    fn of_lane(&self, lane: usize) -> Option<&Bare> {
         self.all.get(*self.by_lane.get(&lane)?)
     }
 
     /// One finding for each intersection of which nothing is marked; where a lanelet has `turn_direction`, that says it.
     fn findings(&self) -> impl Iterator<Item = Finding> + '_ {
         let is_marked = |lane: &usize| self.map.lanes[*lane].lanelet.attributes.has("turn_direction");
-        let bare = self.all.iter().filter(move |(one, _)| !one.lanes.iter().any(is_marked));
-        bare.filter_map(|(one, fix)| Some(Finding { fix: fix.clone(), ..self.unmarked(one)? }))
+        let bare = self.all.iter().filter(move |one| !one.intersection.lanes.iter().any(is_marked));
+        bare.filter_map(|one| Some(Finding { fix: one.fix.clone().ok(), ..self.unmarked(one)? }))
     }
 
-    fn unmarked(&self, intersection: &Unmarked) -> Option<Finding> {
+    fn unmarked(&self, Bare { intersection, fix }: &Bare) -> Option<Finding> {
         let ids: Vec<i64> = intersection.lanes.iter().map(|&lane| self.map.lanes[lane].id.0).collect();
         let [first, rest @ ..] = &ids[..] else { return None };
         let ground = if intersection.private { " on private ground" } else { "" };
         let message = format!(
             "{} lanelets cross or join{ground}, among them {first}, without turn_direction and intersection_area{}.",
             ids.len(),
-            if is_too_large(intersection) { ": too many for an area that a machine draws" } else { "" }
+            if is_too_large(intersection) {
+                ": too many for an area that a machine draws".to_owned()
+            } else {
+                why_undrawn(fix)
+            }
         );
         let finding = Finding::new("unmarked", Subject::Lanelet(*first), message).at(Place::Point(intersection.middle));
         let finding = rest.iter().fold(finding, |finding, &id| finding.with(Subject::Lanelet(id), "lanelet"));
@@ -265,6 +278,16 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
             Unmarked { crossed: false, .. } => finding.graded(Severity::Warning),
             _ => finding,
         })
+    }
+}
+
+/// Why no area is drawn, to stand at the end of a sentence; nothing where one is.
+fn why_undrawn(fix: &Result<Fix, Option<Undrawn>>) -> String {
+    match fix {
+        Err(Some(Undrawn::Bare(under))) => {
+            format!("; no area is proposed, since only {:.0} % of its ground would lie under lanes", percent(*under))
+        }
+        _ => String::new(),
     }
 }
 

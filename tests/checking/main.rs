@@ -19,6 +19,7 @@ mod fault_injection;
 mod first_screen;
 mod fix_of_each_fault;
 mod fixes;
+mod floors_and_gaps;
 mod formats;
 mod lanelet2_claims;
 mod loader;

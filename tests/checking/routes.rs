@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lanewright::diagnostic::Severity;
 use lanewright::fix::Scope;
@@ -10,11 +10,12 @@ use lanewright::lanelet::routing_pairs::{Directed, Relation, routing_pairs};
 
 use crate::common::judging::load;
 use crate::common::routes::{MendedFile, Routes, changed_unasked, changes, real};
-use crate::common::{hand_made_maps, rule_maps, shared_maps, soak};
+use crate::common::{hand_made_maps, osm_files, rule_maps, shared_maps, soak};
 
-/// The hand-made maps of both corpora.
+/// The hand-made maps of both corpora, and of a folder of one's own: LANEWRIGHT_MAPS.
 fn corpora() -> Vec<PathBuf> {
-    [hand_made_maps(), shared_maps("corpus/lanelet2_more", 5)].concat()
+    let own = std::env::var_os("LANEWRIGHT_MAPS").map(|folder| osm_files(Path::new(&folder))).unwrap_or_default();
+    [hand_made_maps(), shared_maps("corpus/lanelet2_more", 5), own].concat()
 }
 
 /// Every so many of a list, or all in a soak.

@@ -84,6 +84,7 @@ const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
     ("vm-04-02/bad-exchanged", 2, "two elements exchange their lights"),
     ("load/bad-format-version-word", 2, "formats 1 and 2 differ where both lanelets are bicycle lanes"),
     ("node/bad-coordinate-metres", 9, "all latitudes and longitudes are metres"),
+    ("node/bad-coordinate-exchanged", 9, "all latitudes stand as longitudes"),
     ("node/bad-ele-left-out", 9, "the heights of a map are left out where all of it lies at 0"),
     ("health/bad-dead-end", 2, "the lane behind the missing one lies aside, so that it does not resume the one before"),
     (

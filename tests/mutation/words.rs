@@ -197,6 +197,22 @@ pub const KINDS: &[Kind] = &[
         map.way(way).tags.set("type", wrong.as_str());
         Some(vec![way])
     }),
+    kind("say the type of a bound in another word", &["tag/value"], |_, map, dice| {
+        let lane = dice.pick(roads(map))?;
+        let way = dice.pick(bounds(map.relation(lane)))?;
+        map.way(way).tags.set("type", dice.pick(["line", "road_edge", "kerb", "lane_marking", "white_line"])?);
+        Some(vec![way])
+    }),
+    kind("say the paint of a bound in another word", &["tag/value"], |_, map, dice| {
+        let lane = dice.pick(roads(map))?;
+        let ways = bounds(map.relation(lane));
+        let is_paint = |way: &i64| map.ways.iter().any(|one| one.id == *way && one.tags.is("type", "line_thin"));
+        let way = dice.pick(ways.into_iter().filter(is_paint))?;
+        map.way(way).tags.set("subtype", dice.pick(["dotted", "broken", "solid_white", "continuous", "double_solid"])?);
+        Some(vec![way])
+    }),
+    road!("say in another word who may drive", &["tag/key"], "access:vehicle", &["yes"]),
+    road!("follow a line that is none", &["tag/id"], "waypoints", &["7"]),
     kind("misspell a key of a lanelet", &["tag/key"], |_, map, dice| {
         let lane = dice.pick(roads(map))?;
         map.relation(lane)

@@ -135,6 +135,12 @@ impl Loader<'_> {
     fn in_metres(&mut self, metres: Vec<PlanePoint>) {
         let mut points = Vec::with_capacity(metres.len());
         let first = metres.first().map(|at| [at.y, at.x]).unwrap_or_default();
+        let exchanged = from_exchanged(&metres);
+        let condition = match exchanged {
+            Some(_) => Condition::ExchangedDegrees { first },
+            None => Condition::MetresAsDegrees { first },
+        };
+        let metres = exchanged.unwrap_or(metres);
         for (node, place) in self.osm.nodes.iter().zip(metres) {
             let made = self.made(node, Some(place));
             self.id(ElementKind::Node, node.id, Subject::Point(node.id), &node.span);
@@ -144,11 +150,7 @@ impl Loader<'_> {
             points.push(Some(point));
         }
         self.keep(points);
-        self.loaded.faults.push(LoadFault {
-            subject: Subject::Map,
-            span: None,
-            condition: Condition::MetresAsDegrees { first },
-        });
+        self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
     }
 
     /// Replaces the faults of nodes without height by one of the map, where all of them lie at height 0: Lanelet2's own writer leaves
@@ -322,4 +324,20 @@ impl Shift {
             faults.push(LoadFault { subject: Subject::Map, span: None, condition });
         }
     }
+}
+
+/// The places in metres from the first of nodes that have longitudes as latitudes (y), and latitudes as longitudes (x): all of them are
+/// degrees, no latitude is one, and they lie within a degree. `None` where they are something else.
+fn from_exchanged(said: &[PlanePoint]) -> Option<Vec<PlanePoint>> {
+    const METRES_A_DEGREE: f64 = 111_320.0;
+    let first = *said.first()?;
+    let is_exchanged = |at: &PlanePoint| {
+        let [lon, lat] = [at.y, at.x];
+        (90.0..=180.0).contains(&lon.abs()) && lat.abs() <= 90.0 && (at - first).abs().max() < 1.0
+    };
+    let shrunk = first.x.to_radians().cos();
+    said.iter().all(is_exchanged).then(|| {
+        let place = |at: &PlanePoint| PlanePoint::new((at.y - first.y) * shrunk, at.x - first.x) * METRES_A_DEGREE;
+        said.iter().map(place).collect()
+    })
 }

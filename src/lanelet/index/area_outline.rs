@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use geo::Area;
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::area_ground::{Undrawn, too_bare};
 use super::filled_unions::FILLED;
 use super::queries::is_road_border;
 use super::thresholds;
@@ -26,8 +26,6 @@ pub(super) const SPIKE: f64 = 1.0;
 /// A road border that leads from one vertex to the next is no longer than so many times their distance: it runs around a corner, and not
 /// around a block.
 const LONGEST_BORDER: f64 = 3.0;
-/// Of an area so small a share at least lies under its lanes: where they run around a block of ground, they are no intersection.
-const LEAST_DRAWN: f64 = 0.8;
 /// The number of rounds after which an outline is given up that takes in more lanes each time it is drawn.
 const MOST_ROUNDS: usize = 3;
 
@@ -108,17 +106,13 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// The vertices, clockwise, of a simple outline that covers all of the lanes: their end nodes, nodes of road borders along
-    /// their edge and around the corners between them, and no others but where a lane would stick out. `None` if there is no such
-    /// outline, or if much of it is not under the lanes.
-    pub fn around(&self, lanes: &[usize]) -> Option<Outline> {
-        self.drawn_around(lanes).filter(|outline| self.is_mostly_lanes(lanes, outline))
-    }
-
-    /// Whether enough of the ground of an outline lies under its lanes.
-    fn is_mostly_lanes(&self, lanes: &[usize], outline: &Outline) -> bool {
-        let outlines: Vec<Vec<Point>> = lanes.iter().map(|&lane| self.map.lanes[lane].outline.clone()).collect();
-        let under = polygon::ground(&outlines).unsigned_area();
-        under >= LEAST_DRAWN * polygon::signed_area(&self.ring_of(outline)).abs()
+    /// their edge and around the corners between them, and no others but where a lane would stick out.
+    pub fn around(&self, lanes: &[usize]) -> Result<Outline, Undrawn> {
+        let outline = self.drawn_around(lanes).ok_or(Undrawn::Tangled)?;
+        match too_bare(self.map, lanes, &self.ring_of(&outline)) {
+            Some(why) => Err(why),
+            None => Ok(outline),
+        }
     }
 
     /// The places of all vertices, in order.
@@ -254,18 +248,18 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// The outline around some lanes and around those that lie inside it, on their level and in no other area; and all of them.
-    pub fn around_with_covered(&self, lanes: &[usize]) -> Option<(Outline, Vec<usize>)> {
+    pub fn around_with_covered(&self, lanes: &[usize]) -> Result<(Outline, Vec<usize>), Undrawn> {
         let mut all = lanes.to_vec();
         for _ in 0..MOST_ROUNDS {
             let outline = self.around(&all)?;
             let covered = self.covered(&all, &outline);
             if covered.is_empty() {
-                return Some((outline, all));
+                return Ok((outline, all));
             }
             all.extend(covered);
             all.sort_unstable();
         }
-        None
+        Err(Undrawn::Tangled)
     }
 
     /// Other lanes for vehicles, buses among them, inside an outline around some lanes.

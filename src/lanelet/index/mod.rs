@@ -3,6 +3,7 @@
 
 mod area_bays;
 mod area_doors;
+mod area_ground;
 mod area_outline;
 mod area_pockets;
 mod conflict;
@@ -28,6 +29,7 @@ mod user_names;
 pub mod view;
 
 pub use area_doors::{Door, lets_vehicles_in};
+pub use area_ground::Undrawn;
 pub use area_outline::{AreaOutlines, Corner, Outline};
 pub use conflict::{Reach, passing, reaches};
 pub use filled_unions::FilledUnions;

@@ -13,8 +13,9 @@ pub const RAW_CONFLICT: f64 = 1e-4;
 pub const REAL_SHARE: f64 = 0.01;
 /// ... or from this area (m2).
 pub const REAL_AREA: f64 = 0.25;
-/// More vertical distance than this (m) between two lanelets is a bridge: no vehicle is as low.
-pub const GRADE_SEPARATION: f64 = 3.0;
+/// More vertical distance than this (m) between two lanelets is a bridge, or a floor of a car park: under less no car drives,
+/// since a ceiling at 2 m is the lowest, and the deck itself is thick.
+pub const GRADE_SEPARATION: f64 = 2.5;
 /// Edges of one approach lie on one line within this angle (deg) ...
 pub const ARM_ANGLE: f64 = 20.0;
 /// ... and this distance of their middles from each other's line (m) ...

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::lanelet::number::number;
-use crate::text::{misspelt, rearranged};
+use crate::text::misspelt;
 
 /// The kinds of primitive that have tags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
@@ -56,7 +56,7 @@ impl Form {
     }
 
     /// What is wrong with a value, and what was meant where that is plain.
-    fn fault(self, value: &str) -> Option<Option<String>> {
+    pub(super) fn fault(self, value: &str) -> Option<Option<String>> {
         let is_id = |text: &str| text.trim().parse::<i64>().is_ok();
         match self {
             Self::YesNoAlone => match value {
@@ -132,23 +132,6 @@ pub struct Key {
     pub source: String,
 }
 
-impl Key {
-    /// What is wrong with its value.
-    pub(super) fn value(&'static self, value: &str) -> Option<Slip> {
-        if let Some(form) = self.form {
-            return Some(Slip::Form(form, form.fault(value)?));
-        }
-        if self.values.is_empty() || self.values.iter().any(|known| known == value) {
-            return None;
-        }
-        let meant = misspelt(value, self.values.iter().map(String::as_str));
-        match self.closed {
-            true => Some(Slip::Word(&self.values, meant)),
-            false => meant.map(Slip::Value),
-        }
-    }
-}
-
 /// Words with their source.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -183,6 +166,32 @@ pub struct Roles {
     pub source: String,
     /// The roles.
     pub words: Vec<String>,
+}
+
+/// Parts of words in groups, of each of which the parts mean the same.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Alike {
+    /// The groups.
+    pub words: Vec<Vec<String>>,
+}
+
+/// Parts that say nothing.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Idle {
+    /// The parts.
+    pub words: Vec<String>,
+}
+
+/// Other words for a known one.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Meant {
+    /// The known one.
+    pub word: String,
+    /// What people write in its place.
+    pub said: Vec<String>,
 }
 
 /// A word that is called otherwise today.
@@ -228,6 +237,12 @@ pub struct Words {
     pub types: Vec<Types>,
     /// Roles.
     pub roles: Vec<Roles>,
+    /// Parts of words that mean the same.
+    pub alike: Alike,
+    /// Parts that say nothing of a painted line's subtype.
+    pub idle: Idle,
+    /// Other words for known ones.
+    pub meant: Vec<Meant>,
     /// Words that are called otherwise today.
     pub renamed: Vec<Renamed>,
     /// Keys of others.
@@ -270,39 +285,5 @@ impl Words {
     /// The types of a kind of primitive.
     pub fn lists(&self, on: On) -> impl Iterator<Item = &Types> {
         self.types.iter().filter(move |list| list.on.contains(&on))
-    }
-
-    /// The `type` that was meant. What a relation is, is decided before anybody asks.
-    pub(super) fn kind(&'static self, on: On, value: &str) -> Option<&'static str> {
-        let knows = |list: &Types| list.names.iter().any(|name| name == value);
-        if matches!(on, On::Lanelet | On::Element | On::Area) || self.types.iter().any(knows) {
-            return None;
-        }
-        let names = || self.lists(on).flat_map(|list| &list.names).map(String::as_str);
-        misspelt(value, names()).or_else(|| rearranged(value, names()))
-    }
-
-    /// The `subtype` that was meant.
-    pub(super) fn subtype(&'static self, on: On, kind: Option<&str>, value: &str) -> Option<&'static str> {
-        // Signs have the numbers of their country.
-        let is_number = kind == Some("traffic_sign") && value.contains(|letter: char| letter.is_ascii_digit());
-        if matches!(on, On::Point | On::Element) || is_number {
-            return None;
-        }
-        let kind = kind.map(|kind| self.kind(on, kind).unwrap_or(kind));
-        let of = |list: &&Types| {
-            matches!(on, On::Lanelet | On::Area) || list.names.iter().any(|name| Some(name.as_str()) == kind)
-        };
-        let here: Vec<&Types> = self.lists(on).filter(of).collect();
-        let paint = here.is_empty() || here.iter().any(|list| list.subtypes.is_none());
-        let paint = self.paint.words.iter().filter(|_| paint && matches!(on, On::LineString));
-        let words =
-            || here.iter().flat_map(|list| list.subtypes.iter().flatten()).chain(paint.clone()).map(String::as_str);
-        match words().any(|word| word == value) {
-            true => None,
-            // Of words for lanelets the rule of what Autoware drives on tells all.
-            false if matches!(on, On::Lanelet | On::Area) => misspelt(value, words()),
-            false => misspelt(value, words()).or_else(|| rearranged(value, words())),
-        }
     }
 }

@@ -21,6 +21,7 @@ pub fn judge(map: &MapIndex) -> Vec<Finding> {
             findings.extend(hidden(lanelet));
         }
     }
+    findings.extend(map.map.lanelets.iter().flat_map(hidden_ways));
     findings.extend(cut_off(map, &shut));
     findings
 }
@@ -58,7 +59,6 @@ fn opened(lanelet: &Lanelet, finding: Finding) -> Finding {
 /// A tag for a part of a group that says otherwise than the one for the group, which is the one that counts.
 fn hidden(lanelet: &Lanelet) -> Option<Finding> {
     let tags = &lanelet.attributes;
-    let yes = |value: &str| matches!(value, "yes" | "true" | "1");
     let (key, value, (group, group_says)) = participants(tags).find_map(|(key, value)| {
         let who = key.strip_prefix("participant:").filter(|who| PARTICIPANTS.contains(who))?;
         let deciding = deciding_entry(tags, who).filter(|(group, said)| *group != key && yes(said) != yes(value))?;
@@ -67,6 +67,23 @@ fn hidden(lanelet: &Lanelet) -> Option<Finding> {
     let message =
         format!("{key}={value} of lanelet {} has no effect beside {group}={group_says}, which decides.", lanelet.id);
     Some(Finding::new("hidden", Subject::Lanelet(lanelet.id.0), message))
+}
+
+/// Tags that say of a participant that a lane may be driven both ways, or not, beside one for all that says otherwise: Lanelet2
+/// takes the one for all.
+fn hidden_ways(lanelet: &Lanelet) -> Vec<Finding> {
+    let (id, tags) = (lanelet.id, &lanelet.attributes);
+    let Some(all) = tags.get("one_way") else { return Vec::new() };
+    let own = tags.iter().filter(|(key, value)| key.starts_with("one_way:") && yes(value) != yes(all));
+    let told = own.map(|(key, value)| {
+        let message = format!("{key}={value} of lanelet {id} has no effect beside one_way={all}, which decides.");
+        Finding::new("hidden", Subject::Lanelet(id.0), message)
+    });
+    told.collect()
+}
+
+fn yes(value: &str) -> bool {
+    matches!(value, "yes" | "true" | "1")
 }
 
 /// Roads whose only ways on are closed.

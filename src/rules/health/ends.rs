@@ -18,10 +18,8 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
     let [into_areas, out_of_areas] = map.lanes_at_areas();
     for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
         let lane = &map.lanes[at];
-        if !is_alone(moves, at) {
-            continue;
-        }
-        if !links.ends.contains(&at)
+        if is_alone(moves, at, true)
+            && !links.ends.contains(&at)
             && map.followers(at).is_empty()
             && !leads_on_backwards(map, at, true)
             && !into_areas.contains(&at)
@@ -33,7 +31,8 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
             let known = loose.ends.contains(&lane.id.0);
             findings.push(found(map, at, "dead-end", message, &lane.end, known));
         }
-        if !links.starts.contains(&at)
+        if is_alone(moves, at, false)
+            && !links.starts.contains(&at)
             && map.predecessors(at).is_empty()
             && !leads_on_backwards(map, at, false)
             && !out_of_areas.contains(&at)

@@ -214,7 +214,8 @@ impl<'m> Holes<'m> {
         // A kerb goes on where the map ends.
         let is_kerb = lines.iter().all(|&line| self.is_of_type(line, "curbstone"));
         // A lane that is dropped beside one that goes on, where paint or nothing takes its place; not between two that go on.
-        let is_dropped = idle == 0 && !is_alone(self.moves, at) && !self.is_between_lanes(at, along, sides);
+        let is_alone = [true, false].into_iter().all(|end| is_alone(self.moves, at, end));
+        let is_dropped = idle == 0 && !is_alone && !self.is_between_lanes(at, along, sides);
         !is_kerb && !is_dropped
     }
 

@@ -9,13 +9,16 @@ use crate::geometry::{Point, Polyline, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
 use crate::rules::crowd;
-use crate::rules::near_nodes::NodeClusters;
+use crate::rules::near_nodes::{NodeClusters, are_on_one_floor};
 use crate::rules::routing_moves::RoutingMoves;
 use crate::rules::two_way::leads_on_backwards;
 
 use super::holes::{Hole, Holes, is_covered};
 use super::params::{Params, subject};
 use super::street_ends::{is_alone, is_street, is_turning_place};
+
+/// The end of a lane that is no wider than this, metres, is a point.
+const THIN: f64 = 0.2;
 
 /// How far apart two nodes are, metres, which lanes they keep apart, and where.
 struct Miss {
@@ -99,8 +102,12 @@ impl<'m> Links<'m> {
             for x in near.into_iter().take(crowd::MOST) {
                 let end = self.map.lanes[x].end;
                 let apart = |side: usize| (end.points[side] - start.points[side]).norm();
+                let is_level = (0..2).all(|side| are_on_one_floor(self.map, end.ids[side], start.ids[side]));
+                // The lane beside a narrow one starts close to its end, too.
+                let half = end.across().norm().min(start.across().norm()) / 2.0;
+                let is_beside = half > THIN && (end.middle() - start.middle()).norm() > half;
                 // Lanes that lead on from here as they should need no other way on.
-                if apart(0).max(apart(1)) >= params.near_miss || self.map.are_linked(x, y) {
+                if is_beside || apart(0).max(apart(1)) >= params.near_miss || !is_level || self.map.are_linked(x, y) {
                     continue;
                 }
                 self.ends.insert(x);
@@ -191,7 +198,7 @@ impl<'m> Links<'m> {
                 && !leads_on_backwards(map, at, end)
                 && is_street(map, at)
                 && !loose(end).contains(&map.lanes[at].id.0)
-                && is_alone(moves, at)
+                && is_alone(moves, at, end)
                 && !is_turning_place(map, params, at, end)
         };
         // Asked once for each lane: many may end near where many start.

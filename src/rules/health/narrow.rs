@@ -77,7 +77,7 @@ fn tapers(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize, clos
     };
     let [here, there] = [edge, other].map(|edge| edge.across().norm());
     here < params.least_width
-        && here < there
+        && here + EXACT < there
         && match next {
             [] => edge.ids[0] == edge.ids[1] || moves.beside(at).iter().any(|other| other.may_leave),
             [next] => pieces > 0 && tapers(map, moves, params, *next, closes, pieces - 1),

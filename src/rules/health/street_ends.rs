@@ -17,9 +17,10 @@ pub fn is_street(map: &MapIndex, at: usize) -> bool {
         && map.intersections_touching(at).next().is_none()
 }
 
-/// Whether no lane beside it goes on. Else it is an added or a dropped lane: vm-07-06.
-pub fn is_alone(moves: &RoutingMoves, at: usize) -> bool {
-    !moves.beside(at).iter().any(|other| moves.leads_on(other.lane) || moves.is_led_to(other.lane))
+/// Whether no lane beside it goes on at its end, or comes from before its start. Else it is an added or a dropped lane: vm-07-06.
+pub fn is_alone(moves: &RoutingMoves, at: usize, end: bool) -> bool {
+    let goes_on = |other: usize| if end { moves.leads_on(other) } else { moves.is_led_to(other) };
+    !moves.beside(at).iter().any(|other| goes_on(other.lane))
 }
 
 /// Whether no lane leads to a lane's start, or away from its end.
