@@ -15,7 +15,6 @@ pub fn known_words() -> String {
          ## Keys\n\n\
          `…` stands for a participant: ",
     );
-    let quoted = |words: &[String]| words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
@@ -58,19 +57,28 @@ pub fn known_words() -> String {
         let word = old.value.as_ref().map_or_else(|| old.key.clone(), |value| format!("{}={value}", old.key));
         let _ = writeln!(text, "| {} | `{word}` | `{}` | {} |", of.join(", "), old.now, link(words, &old.source));
     }
-    text += "\n## Other words\n\nWhat people write in place of a known word. Of a part of a word, any of a group stands for the others:\n\n";
-    for group in &words.alike.words {
-        let _ = writeln!(text, "* {}", quoted(group));
-    }
-    text += "\n| known | others |\n|---|---|\n";
-    for one in &words.meant {
-        let _ = writeln!(text, "| `{}` | {} |", one.word, quoted(&one.said));
-    }
+    other_words(&mut text, words);
     text += "\n## Sources\n\n";
     for source in words.sources.values() {
         let _ = writeln!(text, "* [{}]({})", source.title, source.url);
     }
     text
+}
+
+/// Adds what people write in place of known words.
+fn other_words(text: &mut String, words: &Words) {
+    *text += "\n## Other words\n\nWhat people write in place of a known word. Of a part of a word, any of a group stands for the others:\n\n";
+    for group in &words.alike.words {
+        let _ = writeln!(text, "* {}", quoted(group));
+    }
+    *text += "\n| known | others |\n|---|---|\n";
+    for one in &words.meant {
+        let _ = writeln!(text, "| `{}` | {} |", one.word, quoted(&one.said));
+    }
+}
+
+fn quoted(words: &[String]) -> String {
+    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn name(on: On) -> &'static str {

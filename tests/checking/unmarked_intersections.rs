@@ -119,7 +119,7 @@ fn of_a_lane_that_is_cut_at_an_intersection_the_piece_there_keeps_the_id() {
 fn carriageway() -> (i64, i64, OsmData) {
     let mut sheet = Sheet::default();
     let rows = [8.0, 4.0, 0.0, -4.0];
-    let [west, entry, exit, east] = [-60.0, -24.0, 20.0, 60.0].map(|x| rows.map(|y| sheet.nodes([[x, y]])[0]));
+    let [west, entry, exit, east] = [-60.0, -14.0, 20.0, 60.0].map(|x| rows.map(|y| sheet.nodes([[x, y]])[0]));
     let buses = "subtype=bus_lane location=urban speed_limit=40 participant:vehicle:bus=yes";
     let cars = "subtype=road location=urban speed_limit=40";
     let mut own = Vec::new();
@@ -131,16 +131,16 @@ fn carriageway() -> (i64, i64, OsmData) {
             left = right;
         }
     }
-    let north = [-60.0, -20.0, 30.0, 60.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
+    let north = [-60.0, -20.0, 20.0, 60.0].map(|y| sheet.nodes([[-2.0, y], [2.0, y]]));
     for ends in north.windows(2) {
         sheet.road(&[ends[0][0], ends[1][0]], &[ends[0][1], ends[1][1]], "");
     }
     let mut arc = |from: i64, radius: f64, to: i64| -> Vec<i64> {
         let place =
-            |degrees: f64| [-24.0 + radius * degrees.to_radians().cos(), 30.0 + radius * degrees.to_radians().sin()];
+            |degrees: f64| [-14.0 + radius * degrees.to_radians().cos(), 20.0 + radius * degrees.to_radians().sin()];
         [vec![from], sheet.nodes([-75.0, -60.0, -45.0, -30.0, -15.0].map(place)).to_vec(), vec![to]].concat()
     };
-    let [left, right] = [arc(entry[0], 22.0, north[2][0]), arc(entry[1], 26.0, north[2][1])];
+    let [left, right] = [arc(entry[0], 12.0, north[2][0]), arc(entry[1], 16.0, north[2][1])];
     sheet.road(&left, &right, "");
     sheet.people_drive_on_the_right();
     (own[3], own[4], sheet.drawing.data())

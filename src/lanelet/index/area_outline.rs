@@ -107,6 +107,10 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
 
     /// The vertices, clockwise, of a simple outline that covers all of the lanes: their end nodes, nodes of road borders along
     /// their edge and around the corners between them, and no others but where a lane would stick out.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no such outline.
     pub fn around(&self, lanes: &[usize]) -> Result<Outline, Undrawn> {
         let outline = self.drawn_around(lanes).ok_or(Undrawn::Tangled)?;
         match too_bare(self.map, lanes, &self.ring_of(&outline)) {
@@ -248,6 +252,10 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
     }
 
     /// The outline around some lanes and around those that lie inside it, on their level and in no other area; and all of them.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no such outline.
     pub fn around_with_covered(&self, lanes: &[usize]) -> Result<(Outline, Vec<usize>), Undrawn> {
         let mut all = lanes.to_vec();
         for _ in 0..MOST_ROUNDS {

@@ -263,8 +263,10 @@ proptest! {
     fn what_loads_on_both_sides_loads_when_it_is_merged((base, [(ours, _), (theirs, _)]) in versions()) {
         let loads = |text: &str| {
             let osm = read(text);
-            let faults = from_osm(&osm, &projector_for(&osm)).faults;
-            faults.into_iter().map(|fault| format!("{} {:?}", fault.subject, fault.condition)).collect::<BTreeSet<String>>()
+            let faults = from_osm(&osm, &projector_for(&osm)).faults.into_iter();
+            // Lanelet2 loads a lanelet that is twisted, as one may be where each side has moved a node of its own.
+            let faults = faults.filter(|fault| !fault.condition.is_unsaid());
+            faults.map(|fault| format!("{} {:?}", fault.subject, fault.condition)).collect::<BTreeSet<String>>()
         };
         // What is said of the whole map, such as that it has no version, is said of all.
         let known = loads(&base.text());
