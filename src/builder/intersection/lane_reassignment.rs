@@ -61,7 +61,6 @@ fn without(arms: &[&Arm], all: &[Movement], gone: &Movement) -> Option<Vec<Movem
 mod tests {
     use crate::builder::lanes::types::ArmLane;
     use crate::builder::network::{End, RoadEnd, RoadIx};
-    use crate::builder::tags::cross_section::StripKind;
     use crate::geometry::Vector;
 
     use super::*;
