@@ -211,7 +211,6 @@ pub const KINDS: &[Kind] = &[
         map.way(way).tags.set("subtype", dice.pick(["dotted", "broken", "solid_white", "continuous", "double_solid"])?);
         Some(vec![way])
     }),
-    road!("say in another word who may drive", &["tag/key"], "access:vehicle", &["yes"]),
     road!("follow a line that is none", &["tag/id"], "waypoints", &["7"]),
     kind("misspell a key of a lanelet", &["tag/key"], |_, map, dice| {
         let lane = dice.pick(roads(map))?;
