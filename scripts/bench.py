@@ -203,12 +203,12 @@ def watched(ours, oracle, shared, runs, work):
     end = text.index('"', begin)
     child = subprocess.Popen([ours, "check", path, "--isolated", "--watch"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     seconds = []
-    for time_of_save in range(runs + 1):
+    for save in range(runs + 1):
         saved = time.monotonic()
         if not any(line.startswith("watching") for line in child.stderr):
             sys.exit(f"{ours} check --watch ended")
-        seconds += [time.monotonic() - saved] if time_of_save else []
-        path.write_text(f"{text[:begin]}{20 + time_of_save}{text[end:]}", encoding="utf-8")
+        seconds += [time.monotonic() - saved] if save else []
+        path.write_text(f"{text[:begin]}{20 + save}{text[end:]}", encoding="utf-8")
     child.kill()
     child.wait()
     met = min(seconds) <= SEEN
