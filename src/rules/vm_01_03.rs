@@ -139,6 +139,8 @@ fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) ->
             && !borders[other].is_empty()
             && !are_related(map, at, other)
             && run_along(map, borders, params, [at, other])
+            && !parts_from_one_beside(map, at, other)
+            && !parts_from_one_beside(map, other, at)
     });
     let (mut beside, mut on_it) = (Vec::new(), 0);
     for other in candidates {
@@ -175,6 +177,30 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
 fn is_led_across(map: &MapIndex, from: usize, to: usize) -> bool {
     let end = map.lanes[to].end.ids;
     map.siblings(from).any(|across| across != to && map.lanes[across].end.ids == end)
+}
+
+/// Whether a lane lies on another from which it parts, or into which it merges, and that one shares the border beside it: a ramp that
+/// leaves its road little by little.
+fn parts_from_one_beside(map: &MapIndex, lane: usize, beside: usize) -> bool {
+    /// The most lanes that follow each other along a lane that parts.
+    const PIECES: usize = 16;
+    let is_on = |other: usize| polygon::overlap(&map.lanes[lane].outline, &map.lanes[other].outline) > 0.0;
+    let reaches = |from: usize, ahead: bool| {
+        let end = |at: usize| if ahead { &map.lanes[at].end.ids } else { &map.lanes[at].start.ids };
+        let mut at = from;
+        for _ in 0..PIECES {
+            if end(at) == end(lane) {
+                return true;
+            }
+            let next = if ahead { map.followers(at) } else { map.predecessors(at) };
+            let Some(&next) = next.iter().find(|&&next| next != lane && is_on(next)) else { return false };
+            at = next;
+        }
+        false
+    };
+    let sharing = map.lanes[beside].bounds.iter().flat_map(|way| map.users_of(*way)).copied();
+    let mut between = sharing.filter(|&it| it != beside && it != lane && is_on(it));
+    between.any(|it| reaches(it, false) || reaches(it, true))
 }
 
 /// Whether a bound of one lane runs along a bound of the other, between streets in the same direction.

@@ -241,3 +241,31 @@ fn what_follows_from_a_bound_of_no_length_is_counted_under_it() {
     assert!(told.contains("error[parts/point-bound]") && !told.contains("[health/near-miss]"), "{told}");
     assert!(told.contains("so: 1 error more follows from this"), "{told}");
 }
+
+/// A road of two lanes in three pieces, and a ramp of one piece that lies on its right lane and leaves it little by little. It begins where
+/// that lane begins, or beside its right end.
+fn ramp(forks: bool) -> OsmData {
+    let mut sheet = Sheet::default();
+    let tags = "subtype=road location=urban speed_limit=40";
+    let rows = [6.5, 3.25, 0.0].map(|y| sheet.nodes([0.0, 5.0, 10.0, 25.0].map(|x| [x, y])));
+    let paint = ["type=road_border", "type=line_thin subtype=dashed lane_change=yes", "type=virtual lane_change=no"];
+    for piece in 0..3 {
+        let [outer, between, inner] = [0, 1, 2].map(|row| sheet.way(&rows[row][piece..=piece + 1], paint[row]));
+        sheet.lanelet([outer, between], tags);
+        sheet.lanelet([between, inner], tags);
+    }
+    let own = sheet.nodes([[0.0, -0.1]])[0];
+    let left = sheet.nodes([[8.0, 3.22], [15.0, 3.1], [25.0, 2.7]]);
+    let right = sheet.nodes([[8.0, -0.04], [15.0, -0.2], [25.0, -0.7]]);
+    let begin = [rows[1][0], if forks { rows[2][0] } else { own }];
+    let left = sheet.way(&[&begin[..1], &left].concat(), PAINT);
+    let right = sheet.way(&[&begin[1..], &right].concat(), "type=road_border");
+    sheet.lanelet([left, right], tags);
+    sheet.drawing.data()
+}
+
+#[test]
+fn a_ramp_does_not_lie_beside_the_neighbour_of_the_lane_that_it_leaves() {
+    let told = |forks: bool| codes(&found(&ramp(forks))).contains(&"vm-01-03/partly-shared");
+    assert_eq!([true, false].map(told), [false, true]);
+}
