@@ -335,10 +335,8 @@ impl<'a> Site<'a> {
                 if !side_by_side || (a.to, a.out_lane) == (b.to, b.out_lane) {
                     continue;
                 }
-                let [a, b] = [at, other].map(|at| {
-                    let lane = &self.drawn.lanes[self.members[at]];
-                    format!("lane {} of road {}", lane.pieces[0].lane, self.scene.road(lane.stretch()).id)
-                });
+                let [a, b] =
+                    [at, other].map(|at| self.drawn.name(self.scene, self.drawn.lanes[self.members[at]].pieces[0]));
                 let message =
                     format!("in junction {}, {a} and {b} begin side by side and overlap farther on", junction.id);
                 made.notes.push(note("opendrive-overlap", junction.line, message).graded(Severity::Warning));

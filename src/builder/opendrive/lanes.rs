@@ -103,7 +103,8 @@ pub fn draw(assembly: &mut MapBuilder, scene: &Scene, beside: &BesideSettings) -
         }
     }
     unsaid_speeds(scene, &lanes, &mut drawn.notes);
-    drawn.notes.append(&mut shapes::notes(scene, &lanes));
+    let mut told = shapes::notes(scene, &drawn);
+    drawn.notes.append(&mut told);
     follow(&mut drawn, &all_contacts);
     drawn
 }

@@ -149,13 +149,6 @@ impl<'a> Lines<'a> {
                 return;
             }
         };
-        if cut_short {
-            let message = format!(
-                "lane {} of road {} turns more tightly than it is wide: its inner border runs back, and is cut short there",
-                first.lane, road.id
-            );
-            drawn.notes.push(note("opendrive-turn", road.line, message).graded(Severity::Warning));
-        }
         let [of_high, of_low] = points;
         let high = self.draw(assembly, (high, of_high), true, lanes);
         let low = self.draw(assembly, (low, of_low), false, lanes);
@@ -171,6 +164,13 @@ impl<'a> Lines<'a> {
                 ends.each_ref().map(|ids| if last { ids.last() } else { ids.first() }.copied().unwrap_or(PointId(0)))
             });
             drawn.push(DrawnLane { pieces: pieces.clone(), direction, used, lanelet, bounds, nodes });
+        }
+        if cut_short {
+            let name = drawn.name(self.scene, first);
+            let message = format!(
+                "{name} turns more tightly than it is wide: its inner border runs back, and is cut short there"
+            );
+            drawn.notes.push(note("opendrive-turn", road.line, message).graded(Severity::Warning));
         }
     }
 

@@ -189,6 +189,14 @@ pub struct Drawn {
 }
 
 impl Drawn {
+    /// A lane as the file names it, with its lanelets, by which `check` speaks of it.
+    pub fn name(&self, scene: &Scene, Piece { stretch, lane }: Piece) -> String {
+        let along = self.on(stretch).filter(|(_, it)| it.piece_on(stretch).is_some_and(|piece| piece.lane == lane));
+        let ids: Vec<String> = along.map(|(_, it)| it.lanelet.0.to_string()).collect();
+        let lanelets = if ids.len() == 1 { "lanelet" } else { "lanelets" };
+        format!("lane {lane} of road {} ({lanelets} {})", scene.road(stretch).id, ids.join(", "))
+    }
+
     /// The lanelets of a stretch, with their indices, in order.
     pub fn on(&self, stretch: usize) -> impl Iterator<Item = (usize, &DrawnLane)> {
         self.on_stretch.get(&stretch).into_iter().flatten().map(|&at| (at, &self.lanes[at]))

@@ -1,12 +1,12 @@
 //! Lanes inside junctions whose own shape, as the file has it, no vehicle keeps to: they are built so, and it is told.
 
+use std::collections::BTreeSet;
+
 use crate::diagnostic::{Finding, Severity};
 use crate::geometry::{Vector, angle_between};
-use crate::xodr::Lane;
 
 use super::lane_use::sides;
-use super::lines::StretchLanes;
-use super::scene::{Scene, note};
+use super::scene::{Drawn, Piece, Scene, note};
 use super::stretches::section_at;
 
 /// Metres between the places that are looked at.
@@ -20,27 +20,26 @@ const BEND: f64 = 45.0;
 const LEAST_AHEAD: f64 = 0.15;
 
 /// One note for each lane with such a shape.
-pub fn notes(scene: &Scene, lanes: &[StretchLanes]) -> Vec<Finding> {
-    let inside = (0..scene.stretches.len()).filter(|&stretch| scene.connecting[scene.stretches[stretch].road]);
-    let all = inside.flat_map(|stretch| lanes[stretch].driven.iter().map(move |(lane, _)| (stretch, *lane)));
-    let told = all.filter_map(|(stretch, lane)| Some((stretch, lane, odd_shape(scene, stretch, lane)?)));
-    told.map(|(stretch, lane, shape)| {
-        let road = scene.road(stretch);
-        let message = format!("lane {} of road {} {shape}; it is built as it is", lane.id, road.id);
-        note("opendrive-shape", road.line, message).graded(Severity::Warning)
+pub fn notes(scene: &Scene, drawn: &Drawn) -> Vec<Finding> {
+    let inside = drawn.lanes.iter().filter(|lane| lane.used.is_driven() && scene.connecting[scene.road_of(lane)]);
+    let pieces: BTreeSet<Piece> = inside.flat_map(|lane| lane.pieces.iter().copied()).collect();
+    let told = pieces.into_iter().filter_map(|piece| Some((piece, odd_shape(scene, piece)?)));
+    told.map(|(piece, shape)| {
+        let message = format!("{} {shape}; it is built as it is", drawn.name(scene, piece));
+        note("opendrive-shape", scene.road(piece.stretch).line, message).graded(Severity::Warning)
     })
     .collect()
 }
 
 /// What is odd about a lane, as the end of a sentence.
-fn odd_shape(scene: &Scene, stretch: usize, lane: &Lane) -> Option<String> {
+fn odd_shape(scene: &Scene, Piece { stretch, lane }: Piece) -> Option<String> {
     let (road, sections) = (scene.road(stretch), scene.sections(stretch));
     let [from, to] = scene.stretches[stretch].span;
     let count = ((to - from) / LOOKED_AT_EVERY).ceil().clamp(2.0, 4000.0) as usize;
     let station = |at: usize| from + (to - from) * at as f64 / count as f64;
-    let width = |at: usize| section_at(&sections, station(at)).map_or(0.0, |it| it.width(road, lane.id, station(at)));
+    let width = |at: usize| section_at(&sections, station(at)).map_or(0.0, |it| it.width(road, lane, station(at)));
     let [first, last] = [width(0), width(count)];
-    for border in sides(lane.id) {
+    for border in sides(lane) {
         let offset = |station: f64| section_at(&sections, station).map_or(0.0, |it| it.offset(road, border, station));
         let place = |at: usize| road.place(station(at), offset(station(at)));
         let steps = (0..count).map(|at| {
