@@ -158,3 +158,31 @@ fn a_stop_line_inside_a_junction_is_drawn_and_told() {
     assert_eq!(at_line.count(), 1);
     assert!(told(&map, "stop line line of road on lies where no lane"), "{:?}", map.built.notes);
 }
+
+#[test]
+fn crosswalks_of_the_own_list_are_as_broad_as_they_say_and_have_their_lights() {
+    let crosswalk = signal("zebra", "1000003", 20.0, "+").replace("type=", "value=\"4\" type=");
+    let signals = crosswalk + &signal("walk", "1000002", 20.0, "-");
+    let text = with(&[("w", &signals)], "", "");
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text);
+    assert!(!told(&map, "stands at no crosswalk"), "{:?}", map.built.notes);
+    let map = map.built.map;
+    let crosswalks: Vec<&Lanelet> = map.lanelets.iter().filter(|it| it.attributes.is("subtype", "crosswalk")).collect();
+    let [crosswalk] = crosswalks[..] else { panic!("{crosswalks:?}") };
+    let mut sides = [crosswalk.left, crosswalk.right].map(|side| map.bound_points(side).next().unwrap().position.x);
+    sides.sort_by(f64::total_cmp);
+    assert!((sides[0] - 18.0).abs() < 0.01 && (sides[1] - 22.0).abs() < 0.01, "{sides:?}");
+    let lights = map.regulatory_elements.iter().filter(|it| it.subtype == "traffic_light");
+    assert!(lights.map(|it| it.id).eq(crosswalk.regulatory_elements.iter().copied()));
+}
+
+#[test]
+fn a_speed_limit_in_metres_that_names_another_unit_is_converted_and_told() {
+    let sign = signal("limit", "274", 1.0, "+").replace("type=", "value=\"8.333333\" unit=\"km/h\" type=");
+    let text = with(&[("w", &sign)], "", "").replace("<speed max=\"50\" unit=\"km/h\"/>", "");
+    let map = built(&text);
+    assert!(told(&map, "signal limit is a usual one in m/s"), "{:?}", map.built.notes);
+    let limits = map.built.map.lanelets.iter().filter_map(|it| it.attributes.get("speed_limit"));
+    assert!(limits.filter(|limit| *limit == "30").count() > 0);
+}

@@ -17,8 +17,10 @@ use super::signals::Furniture;
 const BREADTH: f64 = 3.0;
 /// A light for people on foot belongs to the crosswalk within this distance, metres.
 const LIGHT_REACH: f64 = 6.0;
-/// The German number of a crosswalk's marking.
-const ZEBRA: &str = "293";
+/// So broad may a signal say that its crosswalk is, metres.
+const SAID_BREADTH: std::ops::RangeInclusive<f64> = 1.0..=15.0;
+/// Numbers of a crosswalk's marking: Germany's, and that of OpenDRIVE's own list of signals.
+const ZEBRAS: [&str; 2] = ["293", "1000003"];
 
 /// A crosswalk of the file: its corners and its key.
 struct Crosswalk {
@@ -71,13 +73,13 @@ fn crosswalks(scene: &Scene) -> Vec<Crosswalk> {
                 Key::new("opendrive").word("crosswalk").word(&road.id).word(&object.id).number(object.line as i64);
             let across = scene.plane.angle(road.angle(object.at[0])) + std::f64::consts::FRAC_PI_2;
             let across = Vector::new(across.cos(), across.sin());
-            let ring = object.ring(road).unwrap_or_else(|| whole_width(road, object.at[0]));
+            let ring = object.ring(road).unwrap_or_else(|| whole_width(road, object.at[0], BREADTH));
             marked.push((index, object.at[0]));
             all.push(Crosswalk { ring, across, key, line: object.line, id: object.id.to_string() });
         }
     }
     for (index, road) in scene.file.roads.iter().enumerate().filter(|(_, road)| !road.plan.is_empty()) {
-        for signal in road.signals.iter().filter(|signal| signal.kind == ZEBRA) {
+        for signal in road.signals.iter().filter(|signal| ZEBRAS.contains(&signal.kind.as_str())) {
             if marked.iter().any(|(other, station)| *other == index && (station - signal.at[0]).abs() < LIGHT_REACH) {
                 continue;
             }
@@ -86,15 +88,16 @@ fn crosswalks(scene: &Scene) -> Vec<Crosswalk> {
                 Key::new("opendrive").word("crosswalk").word(&road.id).word(&signal.id).number(signal.line as i64);
             let across = scene.plane.angle(road.angle(signal.at[0])) + std::f64::consts::FRAC_PI_2;
             let across = Vector::new(across.cos(), across.sin());
-            let ring = whole_width(road, signal.at[0]);
+            let breadth = signal.value.filter(|value| SAID_BREADTH.contains(value)).unwrap_or(BREADTH);
+            let ring = whole_width(road, signal.at[0], breadth);
             all.push(Crosswalk { ring, across, key, line: signal.line, id: signal.id.to_string() });
         }
     }
     all
 }
 
-/// A rectangle over all lanes of a road at a station.
-fn whole_width(road: &Road, station: f64) -> Vec<Place> {
+/// A rectangle over all lanes of a road around a station, so many metres broad.
+fn whole_width(road: &Road, station: f64, breadth: f64) -> Vec<Place> {
     let Some(section) = road.sections.get(road.section_at(station)) else { return Vec::new() };
     let driven = section.lanes.iter().filter(|lane| super::lane_use::LaneUse::of(lane).is_driven());
     let borders = driven.flat_map(|lane| super::lane_use::sides(lane.id));
@@ -103,7 +106,7 @@ fn whole_width(road: &Road, station: f64) -> Vec<Place> {
     if low >= high {
         return Vec::new();
     }
-    let half = BREADTH / 2.0;
+    let half = breadth / 2.0;
     [[-half, low], [half, low], [half, high], [-half, high]].map(|[s, t]| road.place(station + s, t)).to_vec()
 }
 

@@ -17,7 +17,7 @@ use crate::xodr::Signal;
 use super::lane_use::sides;
 use super::lines::point;
 use super::scene::{Drawn, Piece, Scene, note};
-use super::signal_use::SignalUse;
+use super::signal_use::{SignalUse, is_in_metres};
 use super::signals::{Approach, Furniture, Placed, approaches};
 
 /// Width and height of a light whose size is not said, metres.
@@ -272,6 +272,12 @@ impl<'a> Drawing<'a> {
 
     /// Sets the limit of a sign on its lanes and those behind it on the same road, where the file says none.
     fn speed(&mut self, assembly: &mut MapBuilder, placed: &Placed, limit: f64) {
+        if is_in_metres(placed.signal) {
+            let id = &placed.signal.id;
+            let message =
+                format!("the speed limit of signal {id} is a usual one in m/s, but not in its unit: {limit:.0} km/h");
+            self.notes.push(note("opendrive-speed", placed.signal.line, message).graded(Severity::Warning));
+        }
         for &lane in &placed.lanes {
             let (mut at, mut seen) = (Some(lane), BTreeSet::new());
             while let Some(here) = at.filter(|lane| seen.insert(*lane)) {

@@ -14,6 +14,12 @@ const STOP_SIGNS: [&str; 3] = ["206", "R1-1", "R1"];
 const GIVE_WAY_SIGNS: [&str; 2] = ["205", "R1-2"];
 /// Signs of roads that go first: at the next junction, and at all.
 const PRIORITY_SIGNS: [&str; 2] = ["301", "306"];
+/// Signs of speed limits: Germany's numbers, and that of the United States.
+const SPEED_SIGNS: [&str; 2] = ["274", "274.1"];
+const MILES_SIGN: &str = "R2-1";
+/// Units of speed limits, km/h.
+const MILES_PER_HOUR: f64 = 1.609_344;
+const METRES_PER_SECOND: f64 = 3.6;
 /// Lanes are cut at stop lines, and those of several lanes that lie this close, metres, at one of them.
 pub const AT_CUT: f64 = 1.0;
 /// A light farther than this before the end of its road, metres, stands between intersections, ...
@@ -69,17 +75,36 @@ pub fn use_of(signal: &Signal) -> SignalUse {
     if PRIORITY_SIGNS.contains(&kind) {
         return SignalUse::Priority;
     }
-    if ["274", "274.1"].contains(&kind) {
-        let unit = match signal.unit.as_str() {
-            "mph" => 1.609_344,
-            "m/s" => 3.6,
-            _ => 1.0,
-        };
+    if SPEED_SIGNS.contains(&kind) || kind == MILES_SIGN {
         let of_variant = || signal.subkind.rsplit('-').next().and_then(|digits| digits.parse::<f64>().ok());
         let value = signal.value.filter(|value| *value > 0.0).or_else(of_variant).filter(|value| *value > 0.0);
+        let unit = if is_in_metres(signal) { METRES_PER_SECOND } else { unit_of(signal) };
         return value.map_or(SignalUse::Other, |value| SignalUse::Speed(value * unit));
     }
     SignalUse::Other
+}
+
+/// The unit of a sign's speed limit, km/h.
+fn unit_of(signal: &Signal) -> f64 {
+    match signal.unit.as_str() {
+        "mph" => MILES_PER_HOUR,
+        "m/s" => METRES_PER_SECOND,
+        "" if signal.kind == MILES_SIGN => MILES_PER_HOUR,
+        _ => 1.0,
+    }
+}
+
+/// Whether a speed limit is one in metres per second though another unit is stated, as CommonRoad's exporter writes it: it is no whole
+/// number, and a multiple of five once it is converted.
+pub fn is_in_metres(signal: &Signal) -> bool {
+    /// So much may be lost by rounding, km/h.
+    const ROUNDING: f64 = 0.02;
+    let is_multiple = |speed: f64, of: f64| (speed / of - (speed / of).round()).abs() * of <= ROUNDING;
+    signal.value.is_some_and(|value| {
+        let (whole, converted) = (is_multiple(value, 1.0), value * METRES_PER_SECOND);
+        let limit = is_multiple(converted, 5.0) || is_multiple(converted / MILES_PER_HOUR, 5.0);
+        value > 0.0 && signal.unit != "m/s" && !whole && limit
+    })
 }
 
 /// Whether words name a stop line: bus stops and buildings have the word, too.
@@ -141,5 +166,20 @@ mod tests {
         assert_eq!(signal("306", "", false), SignalUse::Priority);
         let limit = Signal { kind: "274".into(), subkind: "274-56".into(), ..Signal::default() };
         assert_eq!(use_of(&limit), SignalUse::Speed(56.0));
+    }
+
+    #[test]
+    fn speed_limits_have_their_units_and_those_in_metres_are_known() {
+        let limit = |kind: &str, value: f64, unit: &str| {
+            let signal = Signal { kind: kind.into(), value: Some(value), unit: unit.into(), ..Signal::default() };
+            let SignalUse::Speed(limit) = use_of(&signal) else { panic!("{signal:?} is no speed limit") };
+            (limit.round(), is_in_metres(&signal))
+        };
+        assert_eq!(limit("274", 30.0, ""), (30.0, false));
+        assert_eq!(limit("274", 8.333_333, "km/h"), (30.0, true));
+        assert_eq!(limit("274", 8.333_333, "m/s"), (30.0, false));
+        assert_eq!(limit("R2-1", 30.0, ""), (48.0, false));
+        assert_eq!(limit("R2-1", 13.4112, "km/h"), (48.0, true));
+        assert_eq!(limit("274", 18.64, "mph"), (30.0, false));
     }
 }
