@@ -9,6 +9,7 @@ mod closed_by;
 mod connectivity;
 mod crossing_assignment;
 mod crossing_ways;
+mod crowded_ground;
 mod features;
 pub(crate) mod frame;
 #[cfg(test)]

@@ -8,6 +8,7 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 
 use super::access::Drivable;
+use super::crowded_ground;
 use super::same_place::join_at_same_place;
 use super::way_runs::{Run, runs};
 
@@ -58,7 +59,8 @@ pub(super) fn pieces(
     positions: &FxHashMap<i64, Point>,
     notes: &mut Vec<Finding>,
 ) -> Vec<WayPiece> {
-    let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
+    let runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
+    let mut runs = crowded_ground::thinned(runs, ways, positions, notes);
     join_at_same_place(&mut runs, ways, positions, notes);
     for run in runs.extract_if(.., |run| run.nodes.len() < 2) {
         let way = ways[run.way].way.id;

@@ -227,7 +227,7 @@ fn what_is_too_many_to_compare_is_said() {
     let said = format!("{}{}", run.stdout, run.stderr);
     assert!(said.contains("too close to each other to be laid out to the end"), "{said}");
     for (kind, size, words) in [
-        ("two hubs", 100, "too many to lay side by side"),
+        ("two hubs", 100, "too many ways: on a square of 50 m there are"),
         ("rings in rings", 300, "too much to lay side by side"),
         ("web", 30, "too many to draw; the straightest"),
     ] {

@@ -62,6 +62,18 @@ proptest! {
     }
 }
 
+#[test]
+fn roads_that_lie_on_too_many_others_are_told() {
+    let laid = |count: usize| {
+        let drawn = |i: usize| (vec![(0.0, 0.01 * i as f64), (12.0, 0.01 * i as f64)], 3.0, false, 0, 1);
+        let roads: Vec<Road> = (0..count).filter_map(|i| road(i, &drawn(i))).collect();
+        let kept: Vec<Stations> = roads.iter().map(|road| [0.0, road.line.length()]).collect();
+        lay_side_by_side(network(roads), &kept).1.map(|finding| finding.message)
+    };
+    assert_eq!(laid(10), None);
+    assert!(laid(65).is_some_and(|message| message.contains("beside or on 60 others: too many to lay side by side")));
+}
+
 /// How far away a road may lie, metres, so that it changes nothing: eight rounds of 35 m, one of 83 m, 92 m along which the sides show,
 /// and a square of [`STRAIGHT_WITHIN`].
 const FAR: f64 = 480.0;
