@@ -186,3 +186,16 @@ fn a_speed_limit_in_metres_that_names_another_unit_is_converted_and_told() {
     let limits = map.built.map.lanelets.iter().filter_map(|it| it.attributes.get("speed_limit"));
     assert!(limits.filter(|limit| *limit == "30").count() > 0);
 }
+
+#[test]
+fn the_lights_of_a_lanelet_are_one_element() {
+    let signals = signal("left", "1000001", 49.0, "+") + &signal("right", "1000001", 49.5, "+");
+    let text = with(&[("w", &signals)], "", "");
+    assert_eq!(errors(&text), Vec::<String>::new());
+    let map = built(&text).built.map;
+    let lights: Vec<_> = map.regulatory_elements.iter().filter(|it| it.subtype == "traffic_light").collect();
+    let [element] = lights[..] else { panic!("{lights:?}") };
+    let count = |role: &str| element.role(role).count();
+    assert_eq!(["refers", "light_bulbs", "ref_line"].map(count), [2, 2, 1]);
+    assert!(map.lanelets.iter().any(|it| it.regulatory_elements.contains(&element.id)));
+}

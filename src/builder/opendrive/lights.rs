@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
 use crate::builder::control::stop_line::{PAINTED_LINE, SIGN_LINE, stop_line};
-use crate::builder::control::vehicle_signals::{bulbs_of, light_element};
+use crate::builder::control::vehicle_signals::bulbs_of;
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::approach_control::Control;
@@ -14,6 +14,7 @@ use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId, Target
 use crate::osm::Text;
 use crate::xodr::Signal;
 
+use super::hung_lights::{HungLights, Light};
 use super::lane_use::sides;
 use super::lines::point;
 use super::scene::{Drawn, Piece, Scene, note};
@@ -41,8 +42,8 @@ pub struct Drawing<'a> {
     pub furniture: &'a Furniture<'a>,
     /// Stop lines, by the lane before.
     lines: BTreeMap<usize, LineStringId>,
-    /// A light of each lane behind a stop line.
-    lit: BTreeMap<usize, [LineStringId; 2]>,
+    /// The lights of the lanelets behind stop lines.
+    lit: HungLights,
     /// What could not be drawn as it should.
     pub notes: Vec<Finding>,
 }
@@ -50,7 +51,7 @@ pub struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     /// Nothing is drawn yet.
     pub fn new(scene: &'a Scene<'a>, drawn: &'a Drawn, furniture: &'a Furniture<'a>) -> Self {
-        Self { scene, drawn, furniture, lines: BTreeMap::new(), lit: BTreeMap::new(), notes: Vec::new() }
+        Self { scene, drawn, furniture, lines: BTreeMap::new(), lit: HungLights::default(), notes: Vec::new() }
     }
 
     /// Draws lights, signs and stop lines. `in_area` tells which lanelets lie in an intersection area; `lit` has those behind each
@@ -69,6 +70,7 @@ impl<'a> Drawing<'a> {
         for members in lit {
             self.light_rest(assembly, members);
         }
+        std::mem::take(&mut self.lit).draw(assembly);
         // All other approaches: vehicles stop there only for others.
         for lane in 0..self.drawn.lanes.len() {
             let behind: Vec<usize> = self.drawn.next[lane].iter().copied().filter(|&next| in_area(next)).collect();
@@ -204,34 +206,28 @@ impl<'a> Drawing<'a> {
             return;
         };
         let shape = Body::of(placed.signal, BODY, heading);
-        let light = body(assembly, self.scene, placed, key, &shape, &["green", "yellow", "red"]);
-        for approach in approaches {
-            let mut behind = self.lanelets(&approach.behind);
-            if behind.is_empty() {
-                behind.push(self.drawn.lanes[approach.lane].lanelet);
-            }
-            let line = self.stop_line(assembly, approach.lane, PAINTED_LINE);
-            light_element(assembly, key.number(line.0), light, line, &behind);
-            for lane in approach.behind {
-                self.lit.entry(lane).or_insert(light);
+        let lines = body(assembly, self.scene, placed, key, &shape, &["green", "yellow", "red"]);
+        for Approach { lane, behind } in approaches {
+            let line = self.stop_line(assembly, lane, PAINTED_LINE);
+            let behind = if behind.is_empty() { vec![lane] } else { behind };
+            for lanelet in self.lanelets(&behind) {
+                self.lit.hang(lanelet, line, Light { key, lines });
             }
         }
     }
 
-    /// Lets those lanelets behind an approach obey a light of the approach that the file gives none: Autoware wants all or none.
+    /// Lets those lanelets behind an approach obey the lights of another of the approach where the file gives them none: Autoware wants
+    /// all or none.
     fn light_rest(&mut self, assembly: &mut MapBuilder, members: &[usize]) {
-        let known = |lane: &usize| self.lit.get(lane).copied();
-        let unlit: Vec<usize> = members.iter().copied().filter(|lane| known(lane).is_none()).collect();
+        let lit = |lane: &usize| self.lit.has(self.drawn.lanes[*lane].lanelet);
+        let (lit, unlit): (Vec<usize>, Vec<usize>) = members.iter().partition(|lane| lit(lane));
         for lane in unlit {
             let before = self.drawn.back[lane].first().copied();
-            let beside =
-                members.iter().find(|it| self.drawn.back[**it].first().copied() == before && self.lit.contains_key(it));
-            let light =
-                beside.or(members.iter().find(|it| self.lit.contains_key(it))).and_then(|it| self.lit.get(it)).copied();
-            let (Some(before), Some(light)) = (before, light) else { continue };
+            let beside = lit.iter().find(|it| self.drawn.back[**it].first().copied() == before);
+            let (Some(before), Some(other)) = (before, beside.or(lit.first())) else { continue };
             let line = self.stop_line(assembly, before, PAINTED_LINE);
-            let key = self.lane_key("light", lane);
-            light_element(assembly, key, light, line, &self.lanelets(&[lane]));
+            let [lane, other] = [lane, *other].map(|lane| self.drawn.lanes[lane].lanelet);
+            self.lit.hang_alike(lane, line, other);
         }
     }
 

@@ -4,6 +4,7 @@
 mod area_needed;
 mod contacts;
 mod crosswalks;
+mod hung_lights;
 mod junctions;
 mod lane_use;
 mod lanes;
