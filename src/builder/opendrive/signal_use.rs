@@ -76,12 +76,29 @@ pub fn use_of(signal: &Signal) -> SignalUse {
         return SignalUse::Priority;
     }
     if SPEED_SIGNS.contains(&kind) || kind == MILES_SIGN {
-        let of_variant = || signal.subkind.rsplit('-').next().and_then(|digits| digits.parse::<f64>().ok());
-        let value = signal.value.filter(|value| *value > 0.0).or_else(of_variant).filter(|value| *value > 0.0);
+        let value = signal.value.filter(|value| *value > 0.0).or_else(|| of_variant(signal));
         let unit = if is_in_metres(signal) { METRES_PER_SECOND } else { unit_of(signal) };
         return value.map_or(SignalUse::Other, |value| SignalUse::Speed(value * unit));
     }
     SignalUse::Other
+}
+
+/// The speed limit that the variant of a sign says, km/h: as a number, or by Germany's list up to 2017, in which 274-51 is 10 km/h and
+/// 274-63 is 130 km/h. The sign of a zone without a variant is that of 30 km/h.
+fn of_variant(signal: &Signal) -> Option<f64> {
+    const OLD_NUMBERS: std::ops::RangeInclusive<f64> = 51.0..=63.0;
+    const ZONE: f64 = 30.0;
+    let number = match signal.subkind.rsplit_once('-') {
+        Some(("", _)) => None,
+        Some((_, number)) => number.parse().ok(),
+        None => signal.subkind.parse::<f64>().ok(),
+    };
+    let number = number.filter(|number| *number > 0.0);
+    match (signal.kind.as_str(), number) {
+        ("274", Some(number)) if OLD_NUMBERS.contains(&number) && number % 10.0 != 0.0 => Some((number - 50.0) * 10.0),
+        ("274.1", None) => Some(ZONE),
+        _ => number,
+    }
 }
 
 /// The unit of a sign's speed limit, km/h.
@@ -164,8 +181,6 @@ mod tests {
         assert_eq!(signal("-1", "BusStop", false), SignalUse::Other);
         assert_eq!(signal("206", "", false), SignalUse::Stop);
         assert_eq!(signal("306", "", false), SignalUse::Priority);
-        let limit = Signal { kind: "274".into(), subkind: "274-56".into(), ..Signal::default() };
-        assert_eq!(use_of(&limit), SignalUse::Speed(56.0));
     }
 
     #[test]
@@ -181,5 +196,19 @@ mod tests {
         assert_eq!(limit("R2-1", 30.0, ""), (48.0, false));
         assert_eq!(limit("R2-1", 13.4112, "km/h"), (48.0, true));
         assert_eq!(limit("274", 18.64, "mph"), (30.0, false));
+    }
+
+    #[test]
+    fn variants_of_speed_signs_tell_their_limits() {
+        let limit = |kind: &str, variant: &str| {
+            use_of(&Signal { kind: kind.into(), subkind: variant.into(), value: Some(-1.0), ..Signal::default() })
+        };
+        assert_eq!(limit("274", "30"), SignalUse::Speed(30.0));
+        assert_eq!(limit("274", "274-50"), SignalUse::Speed(50.0));
+        assert_eq!(limit("274", "57"), SignalUse::Speed(70.0));
+        assert_eq!(limit("274", "274-56"), SignalUse::Speed(60.0));
+        assert_eq!(limit("274", "-1"), SignalUse::Other);
+        assert_eq!(limit("274.1", "-1"), SignalUse::Speed(30.0));
+        assert_eq!(limit("274.1", "20"), SignalUse::Speed(20.0));
     }
 }
