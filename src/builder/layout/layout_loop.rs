@@ -45,6 +45,10 @@ const FARTHEST_STOP_LINES: usize = 6;
 /// An island of at most this area, square metres, lies inside an intersection if no vehicle can wait on the roads around it.
 const SMALL_ISLAND: f64 = 250.0;
 
+/// Where lanelets run over the end of a road on which no vehicle can wait, the intersection may reach this many times as far as otherwise:
+/// the lanelets of both intersections would lie on each other.
+const OVERRUN_REACH: f64 = 2.0;
+
 /// What is drawn in all rounds is at most so many times what was drawn in the first one, or [`LEAST_EFFORT`]: where dozens of roads lie
 /// over each other, everything is drawn again and again.
 const MOST_EFFORT: u64 = 4;
@@ -102,6 +106,22 @@ struct LayoutLoop<'a> {
     notes: Vec<Finding>,
     /// Which roads were merged or left out.
     road_notes: Vec<Finding>,
+}
+
+/// Roads that are merged with other limits where nothing else can be.
+struct LastResort {
+    /// For which reason the usual limits keep them apart.
+    refused: MergeReason,
+    roads: Vec<RoadIx>,
+    keys: FxHashSet<RoadKey>,
+    options: ConsolidateOptions,
+}
+
+impl LastResort {
+    /// Whether a road that was not merged may be with these limits.
+    fn may_help(&self, note: &MergeNote) -> bool {
+        !note.merged && note.reason == self.refused && self.keys.contains(&note.key)
+    }
 }
 
 /// What the loop begins with again when merges are taken back.
@@ -214,29 +234,43 @@ impl LayoutLoop<'_> {
             road_notes: self.road_notes.clone(),
             refused: self.apart.clone(),
         });
-        let mut network = std::mem::take(&mut self.layout.network);
-        let abreast = roads_abreast(&network, &roads);
-        let keys: FxHashSet<RoadKey> = abreast.iter().map(|road| network.road(*road).key).collect();
+        let resorts = self.last_resorts(&roads);
+        let network = std::mem::take(&mut self.layout.network);
         let left = |road| self.layout.left(road);
-        let (mut changed, mut merges);
-        (network, changed, merges) = absorb_roads(network, &roads, left, &ConsolidateOptions::default());
-        let too_far = |note: &MergeNote| note.reason == MergeReason::Reach && keys.contains(&note.key);
-        let around_island = |note: &MergeNote| note.reason == MergeReason::Island;
+        let (mut network, mut changed, mut merges) =
+            absorb_roads(network, &roads, left, &ConsolidateOptions::default());
         if changed {
-            // These are merged when nothing else can be.
-            merges.retain(|note| note.merged || !(too_far(note) || around_island(note)));
-        } else if merges.iter().any(too_far) {
-            let options = ConsolidateOptions { reach: f64::INFINITY, ..ConsolidateOptions::default() };
-            (network, changed, merges) = absorb_roads(network, &abreast, left, &options);
-        } else if merges.iter().any(around_island) {
-            let options = ConsolidateOptions { island: SMALL_ISLAND, ..ConsolidateOptions::default() };
-            (network, changed, merges) = absorb_roads(network, &roads, left, &options);
+            merges.retain(|note| note.merged || !resorts.iter().any(|resort| resort.may_help(note)));
+        }
+        for resort in resorts {
+            if !changed && merges.iter().any(|note| resort.may_help(note)) {
+                (network, changed, merges) = absorb_roads(network, &resort.roads, left, &resort.options);
+            }
         }
         self.layout.network = network;
         self.refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         self.merged.extend(merges.iter().filter(|note| note.merged).map(|note| note.key));
         self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
         changed
+    }
+
+    /// How these roads are merged where nothing else can be, in the order of trial.
+    fn last_resorts(&self, roads: &[RoadIx]) -> [LastResort; 3] {
+        let network = &self.layout.network;
+        let usual = ConsolidateOptions::default();
+        let overrun: FxHashSet<RoadIx> = self.layout.overrun().map(|at| at.road).collect();
+        let overrun = roads.iter().copied().filter(|road| overrun.contains(road)).collect();
+        let resort = |refused, roads: Vec<RoadIx>, options| {
+            let keys = roads.iter().map(|road| network.road(*road).key).collect();
+            LastResort { refused, roads, keys, options }
+        };
+        let reaching = |reach| ConsolidateOptions { reach, ..usual.clone() };
+        let around_island = ConsolidateOptions { island: SMALL_ISLAND, ..usual.clone() };
+        [
+            resort(MergeReason::Reach, roads_abreast(network, roads), reaching(f64::INFINITY)),
+            resort(MergeReason::Reach, overrun, reaching(OVERRUN_REACH * usual.reach)),
+            resort(MergeReason::Island, roads.to_vec(), around_island),
+        ]
     }
 
     /// The state before roads were merged, if some merges must be taken back. Roads are merged so that no lanelet runs over their ends.

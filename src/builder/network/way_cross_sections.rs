@@ -4,7 +4,7 @@
 //! lanes before and after it are the same, it has them, too. A short piece may lie between roads of another name or class.
 //!
 //! A one-way carriageway of a main road does not lose its lanes where the tags end: it has those of the road before it or behind it, of
-//! its twin, or of the same street nearby.
+//! its twin, or of the same street nearby. Beside an island it has as many as the two-way road that it belongs to, else two.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -28,6 +28,13 @@ const WAYS_MOST: usize = 4;
 /// A carriageway takes the lanes of others only if it and the untagged ones between are no longer than this together, metres. So much
 /// of the data around it is always at hand where a map is built in tiles.
 const TAGS_FOLLOWED: f64 = 500.0;
+/// Carriageways no longer than this together, metres, that lead from a two-way road or to one pass an island of it.
+const ISLAND: f64 = 150.0;
+/// The lanes of a carriageway of a main road of which nothing tells them. Of the tagged kilometres of such carriageways in 54 extracts of
+/// cities 88 % (primary) and 92 % (secondary) have two lanes or more.
+const LANES_OF_CARRIAGEWAY: usize = 2;
+/// The most that a carriageway turns where it leaves the two-way road to pass an island, degrees.
+const AROUND_ISLAND: f64 = 45.0;
 /// A way no longer than this, metres, may be the piece of a road through a crossing.
 const PIECE: f64 = 60.0;
 
@@ -83,7 +90,7 @@ impl<'d, 'a> WaySections<'d, 'a> {
         used.dedup();
         let graph = WayGraph::new(self.drivable, positions, used.iter().map(|&i| (i, &self.layouts[i].0)));
         let again = used.par_iter().in_small_parts().filter_map(|&i| {
-            let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i))?;
+            let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i)).or_else(|| graph.of_class(i))?;
             Some((i, self.layout(&self.drivable[i], Some(&lanes))))
         });
         let again: Vec<_> = again.collect();
@@ -218,6 +225,52 @@ impl<'a> WayGraph<'a> {
         (cars > 0).then(|| Assumed { lanes: vec![(StripKind::Drive, travel); cars], like: like.to_owned() })
     }
 
+    /// The lanes of an untagged one-way carriageway of a main road of which no other tells them: beside an island as many as the two-way
+    /// road has in its direction, else two.
+    fn of_class(&self, way: usize) -> Option<Assumed> {
+        let own = self.ways.get(&way).filter(|own| !own.tagged && own.carriageway.is_some())?;
+        let &(kind, travel) =
+            own.lanes.first().filter(|_| own.lanes.iter().all(|(kind, _)| *kind == StripKind::Drive))?;
+        let ends = End::BOTH.map(|end| self.two_way_beyond(way, end, travel));
+        let length: f64 = own.length + ends.iter().map(|(length, _)| length).sum::<f64>();
+        let fewest = ends.iter().filter_map(|(_, lanes)| *lanes).min().filter(|_| length <= ISLAND);
+        let (lanes, like) = match fewest {
+            Some(lanes) => (lanes, "the two-way road has in this direction"),
+            None => (LANES_OF_CARRIAGEWAY.max(own.lanes.len()), "most carriageways of main roads have"),
+        };
+        Some(Assumed { lanes: vec![(kind, travel); lanes], like: like.to_owned() })
+    }
+
+    /// How far the carriageways lead on beyond an end, metres, and how many lanes the two-way road to which they lead has in their
+    /// direction. `travel` is the direction along the first of them.
+    fn two_way_beyond(&self, mut way: usize, mut end: End, mut travel: Travel) -> (f64, Option<usize>) {
+        let mut length = 0.0;
+        while length <= ISLAND {
+            let Some((next, entry)) = self.beyond(way, end) else {
+                return (length, self.two_way_at(way, end, travel));
+            };
+            if entry == end {
+                travel = opposite(travel);
+            }
+            length += self.ways[&next].length;
+            (way, end) = (next, entry.other());
+        }
+        (length, None)
+    }
+
+    /// How many lanes the two-way road that continues a carriageway at an end has in the direction `travel` along the carriageway.
+    fn two_way_at(&self, way: usize, end: End, travel: Travel) -> Option<usize> {
+        let own = &self.ways[&way];
+        let leads_on = |&(other, entry): &(usize, End)| {
+            let WayLanes { kind, outward, lanes, .. } = &self.ways[&other];
+            let turn = angle_between(own.outward[end], -outward[entry]).abs().to_degrees();
+            other != way && directions(lanes) == [true; 2] && kind.like(&own.kind) && turn <= AROUND_ISLAND
+        };
+        let (other, entry) = only(self.ends[&own.nodes[end]].iter().copied().filter(leads_on))?;
+        let travel = if entry == end { opposite(travel) } else { travel };
+        Some(self.ways[&other].lanes.iter().filter(|&&lane| lane == (StripKind::Drive, travel)).count().max(1))
+    }
+
     /// The lanes of the first tagged way beyond one end, left to right along this way.
     fn tagged_beyond(&self, mut way: usize, mut end: End) -> Option<Vec<Lane>> {
         let mut reversed = false;
@@ -278,12 +331,16 @@ fn only<T>(mut items: impl Iterator<Item = T>) -> Option<T> {
 
 /// The lanes as seen from the other end.
 fn reversed_lanes(lanes: &[Lane]) -> Vec<Lane> {
-    let turned = |&(kind, travel): &(StripKind, Travel)| match travel {
-        Travel::Forward => (kind, Travel::Backward),
-        Travel::Backward => (kind, Travel::Forward),
-        Travel::Both => (kind, Travel::Both),
-    };
-    lanes.iter().rev().map(turned).collect()
+    lanes.iter().rev().map(|&(kind, travel)| (kind, opposite(travel))).collect()
+}
+
+/// The direction as seen from the other end.
+fn opposite(travel: Travel) -> Travel {
+    match travel {
+        Travel::Forward => Travel::Backward,
+        Travel::Backward => Travel::Forward,
+        Travel::Both => Travel::Both,
+    }
 }
 
 /// Whether any lane leads along the way, and whether any leads against it.
