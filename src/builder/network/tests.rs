@@ -385,13 +385,15 @@ fn a_carriageway_of_a_main_road_does_not_lose_its_lanes() {
     assert_eq!(lanes_of(STREET, &[nearby, twin, before]), 4, "as before it");
     assert_eq!(lanes_of(STREET, &[nearby, twin]), 3, "as its twin");
     assert_eq!(lanes_of(STREET, &[nearby]), 5, "as the street nearby");
-    assert_eq!(lanes_of(STREET, &[]), 1, "as its class");
+    for class in [STREET, "highway=primary", "highway=trunk"] {
+        assert_eq!(lanes_of(class, &[]), 2, "as most of its class");
+    }
+    assert_eq!(lanes_of("highway=secondary name=B", &[nearby, twin]), 2, "not as another street");
     let narrow = [
         "highway=secondary name=A width=4",
         "highway=tertiary name=A",
         "highway=secondary_link name=A",
         "highway=secondary name=A lanes=1",
-        "highway=secondary name=B",
     ];
     for own in narrow {
         assert_eq!(lanes_of(own, &[nearby, twin]), 1, "{own}");
@@ -399,6 +401,43 @@ fn a_carriageway_of_a_main_road_does_not_lose_its_lanes() {
     // Of two pieces the one with fewer lanes: a lane for turns may begin or end with the other.
     let after: (i64, &[i64], &str) = (50, &[3, 6], "lanes=3");
     assert_eq!(lanes_of(STREET, &[before, after]), 3);
+}
+
+#[test]
+fn a_carriageway_beside_an_island_has_the_lanes_of_the_two_way_road() {
+    // Around the island from 2 to 3 the road has a carriageway for each direction, each in two pieces.
+    let island = |length: f64, before: &str, after: &str| {
+        let nodes: [(i64, f64, f64, &str); 6] = [
+            (1, -100.0, 0.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, length, 0.0, ""),
+            (4, length + 100.0, 0.0, ""),
+            (5, length / 2.0, 6.0, ""),
+            (6, length / 2.0, -6.0, ""),
+        ];
+        let [before, after] = [before, after].map(|text| format!("highway=secondary name=A {text}"));
+        let carriageway = "highway=secondary name=A oneway=yes";
+        let ways: [(i64, &[i64], &str); 6] = [
+            (10, &[1, 2], &before),
+            (20, &[2, 6], carriageway),
+            (21, &[6, 3], carriageway),
+            (30, &[3, 5], carriageway),
+            (31, &[5, 2], carriageway),
+            (40, &[4, 3], &after),
+        ];
+        let built = build(&data(&nodes, &ways));
+        [20, 21, 30, 31].map(|way| {
+            let road = built.network.roads.iter().find(|road| road.key.way == way);
+            road.unwrap().section.driven().count()
+        })
+    };
+    assert_eq!(island(80.0, "", ""), [1; 4]);
+    assert_eq!(island(80.0, "lanes=4", "lanes=4"), [2; 4]);
+    assert_eq!(island(80.0, "lanes=4", ""), [1; 4], "the fewer of both ends");
+    let one_more_ahead = "lanes=3 lanes:forward=2 lanes:backward=1";
+    let one_more_back = "lanes=3 lanes:forward=1 lanes:backward=2";
+    assert_eq!(island(80.0, one_more_ahead, one_more_back), [2, 2, 1, 1], "by direction, however the ways are drawn");
+    assert_eq!(island(400.0, "", ""), [2; 4], "a long island is the median of a divided road");
 }
 
 #[test]

@@ -90,8 +90,11 @@ impl<'d, 'a> WaySections<'d, 'a> {
         used.dedup();
         let graph = WayGraph::new(self.drivable, positions, used.iter().map(|&i| (i, &self.layouts[i].0)));
         let again = used.par_iter().in_small_parts().filter_map(|&i| {
-            let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i)).or_else(|| graph.of_class(i))?;
-            Some((i, self.layout(&self.drivable[i], Some(&lanes))))
+            let way = &self.drivable[i];
+            let by_settings = self.customs.defaults(way.class, way.link).lanes.is_some();
+            let of_class = || graph.of_class(i).filter(|_| !by_settings);
+            let lanes = graph.continued(i).or_else(|| graph.of_carriageway(i)).or_else(of_class)?;
+            Some((i, self.layout(way, Some(&lanes))))
         });
         let again: Vec<_> = again.collect();
         for (i, layout) in again {
