@@ -37,6 +37,7 @@ pub mod turn_angle;
 mod turning_loops;
 mod twin_ways;
 pub mod unreachable_lanes;
+mod untold_carriageways;
 mod way_cross_sections;
 mod way_pieces;
 mod way_runs;

@@ -13,6 +13,31 @@ const OPPOSITE: f64 = -0.7;
 /// The same street nearby lies within this distance, metres, of the middle of a carriageway.
 const NEARBY: f64 = 250.0;
 
+/// The one-way carriageways of main roads, by place.
+pub(super) struct Carriageways {
+    hash: SpatialHash,
+    lines: Vec<Polyline>,
+}
+
+impl Carriageways {
+    /// Sorts them. Lines lead in the direction of travel.
+    pub fn new(lines: Vec<Polyline>) -> Self {
+        Self { hash: SpatialHash::new(lines.iter().map(Polyline::bounds).collect(), TWINS), lines }
+    }
+
+    /// Whether one leads the other way within a distance, metres, of a place where vehicles drive in `direction`.
+    pub fn opposite_within(&self, distance: f64, place: Point, direction: Vector) -> bool {
+        let around: Bounds = [place - Vector::repeat(distance), place + Vector::repeat(distance)];
+        let mut found = false;
+        self.hash.touching(around, |i| {
+            let Some(line) = self.lines.get(i).filter(|_| !found) else { return };
+            let foot = line.project(place);
+            found = (foot.point - place).norm() < distance && line.direction(foot.station).dot(&direction) < OPPOSITE;
+        });
+        found
+    }
+}
+
 /// A one-way carriageway with tagged lanes.
 pub(super) struct Carriageway<'a> {
     /// The index of its way.

@@ -412,8 +412,8 @@ fn a_carriageway_beside_an_island_has_the_lanes_of_the_two_way_road() {
             (2, 0.0, 0.0, ""),
             (3, length, 0.0, ""),
             (4, length + 100.0, 0.0, ""),
-            (5, length / 2.0, 6.0, ""),
-            (6, length / 2.0, -6.0, ""),
+            (5, length / 2.0, 12.0, ""),
+            (6, length / 2.0, -12.0, ""),
         ];
         let [before, after] = [before, after].map(|text| format!("highway=secondary name=A {text}"));
         let carriageway = "highway=secondary name=A oneway=yes";
@@ -438,6 +438,37 @@ fn a_carriageway_beside_an_island_has_the_lanes_of_the_two_way_road() {
     let one_more_back = "lanes=3 lanes:forward=1 lanes:backward=2";
     assert_eq!(island(80.0, one_more_ahead, one_more_back), [2, 2, 1, 1], "by direction, however the ways are drawn");
     assert_eq!(island(400.0, "", ""), [2; 4], "a long island is the median of a divided road");
+}
+
+#[test]
+fn a_carriageway_keeps_one_lane_where_two_have_no_room_or_lead_nowhere() {
+    let lanes_of = |apart: f64, ring: &str| {
+        let nodes: [(i64, f64, f64, &str); 8] = [
+            (1, -200.0, 0.0, ""),
+            (2, 0.0, 0.0, ""),
+            (3, 0.0, apart, ""),
+            (4, -200.0, apart, ""),
+            (5, 20.0, -10.0, ""),
+            (6, 40.0, 5.0, ""),
+            (7, 20.0, 20.0, ""),
+            (8, 240.0, 5.0, ""),
+        ];
+        let avenue = "highway=secondary name=A oneway=yes";
+        let ring = format!("highway=secondary oneway=yes {ring}");
+        let ways: [(i64, &[i64], &str); 4] = [
+            (20, &[1, 2], avenue),
+            (21, &[3, 4], avenue),
+            (30, &[2, 5, 6, 7, 3, 2], &ring),
+            (40, &[6, 8], "highway=residential"),
+        ];
+        let built = build(&data(&nodes, &ways));
+        let road = built.network.roads.iter().find(|road| road.key.way == 20);
+        road.unwrap().section.driven().count()
+    };
+    assert_eq!(lanes_of(20.0, ""), 2);
+    assert_eq!(lanes_of(5.0, ""), 1, "the other carriageway lies where the second lane would");
+    assert_eq!(lanes_of(20.0, "junction=roundabout"), 1, "two lanes would end in one of the ring");
+    assert_eq!(lanes_of(20.0, "junction=roundabout lanes=2"), 2);
 }
 
 #[test]
