@@ -442,7 +442,8 @@ fn a_carriageway_beside_an_island_has_the_lanes_of_the_two_way_road() {
 
 #[test]
 fn a_carriageway_keeps_one_lane_where_two_have_no_room_or_lead_nowhere() {
-    let lanes_of = |apart: f64, ring: &str| {
+    const CLOSED: &[i64] = &[2, 5, 6, 7, 3, 2];
+    let lanes_of = |apart: f64, ring: &str, nodes_of_ring: &[i64]| {
         let nodes: [(i64, f64, f64, &str); 8] = [
             (1, -200.0, 0.0, ""),
             (2, 0.0, 0.0, ""),
@@ -458,17 +459,19 @@ fn a_carriageway_keeps_one_lane_where_two_have_no_room_or_lead_nowhere() {
         let ways: [(i64, &[i64], &str); 4] = [
             (20, &[1, 2], avenue),
             (21, &[3, 4], avenue),
-            (30, &[2, 5, 6, 7, 3, 2], &ring),
+            (30, nodes_of_ring, &ring),
             (40, &[6, 8], "highway=residential"),
         ];
         let built = build(&data(&nodes, &ways));
         let road = built.network.roads.iter().find(|road| road.key.way == 20);
         road.unwrap().section.driven().count()
     };
-    assert_eq!(lanes_of(20.0, ""), 2);
-    assert_eq!(lanes_of(5.0, ""), 1, "the other carriageway lies where the second lane would");
-    assert_eq!(lanes_of(20.0, "junction=roundabout"), 1, "two lanes would end in one of the ring");
-    assert_eq!(lanes_of(20.0, "junction=roundabout lanes=2"), 2);
+    assert_eq!(lanes_of(20.0, "", &[2, 5, 6, 7, 3]), 2);
+    assert_eq!(lanes_of(5.0, "", &[2, 5, 6, 7, 3]), 1, "the other carriageway lies where the second lane would");
+    for ring in ["junction=roundabout", ""] {
+        assert_eq!(lanes_of(20.0, ring, CLOSED), 1, "two lanes would end in one of the ring {ring}");
+    }
+    assert_eq!(lanes_of(20.0, "junction=roundabout lanes=2", CLOSED), 2);
 }
 
 #[test]

@@ -23,7 +23,7 @@ const WAYS_MOST: usize = 16;
 
 /// Where a street leads.
 enum Goal {
-    /// To a roundabout with one lane.
+    /// To a roundabout, or a ring drawn as one way, with one lane.
     NarrowRing,
     /// To a two-way road that has so many lanes in the direction of the street.
     TwoWay(usize),
@@ -78,13 +78,14 @@ impl WayGraph<'_> {
         (length, Goal::Other)
     }
 
-    /// How many lanes the two-way road that continues a carriageway at an end has in the direction `travel` along the carriageway.
+    /// How many lanes the two-way road of the same class and name that continues a carriageway at an end has in the direction `travel` along
+    /// the carriageway.
     fn two_way_at(&self, way: usize, end: End, travel: Travel) -> Option<usize> {
         let own = &self.ways[&way];
         let leads_on = |&(other, entry): &(usize, End)| {
             let WayLanes { kind, outward, lanes, .. } = &self.ways[&other];
             let turn = angle_between(own.outward[end], -outward[entry]).abs().to_degrees();
-            other != way && directions(lanes) == [true; 2] && kind.like(&own.kind) && turn <= AROUND_ISLAND
+            other != way && directions(lanes) == [true; 2] && *kind == own.kind && turn <= AROUND_ISLAND
         };
         let (other, entry) = only(self.ends[&own.nodes[end]].iter().copied().filter(leads_on))?;
         let travel = if entry == end { opposite(travel) } else { travel };

@@ -110,7 +110,7 @@ pub(super) struct WayGraph<'a> {
     pub(super) ends: FxHashMap<i64, Vec<(usize, End)>>,
     /// The tagged carriageways.
     nearby: StreetsNearby<'a>,
-    /// The nodes of roundabouts with one lane.
+    /// The nodes of roundabouts and closed ways with one lane.
     pub(super) narrow_rings: FxHashSet<i64>,
     /// All carriageways of main roads.
     pub(super) carriageways: Carriageways,
@@ -165,7 +165,7 @@ impl<'a> WayGraph<'a> {
             let Drivable { way, class, link, access, .. } = &drivable[i];
             let (Some(&first), Some(&last)) = (way.nodes.first(), way.nodes.last()) else { continue };
             let tags = &way.tags;
-            if is_roundabout(tags) && layout.section.driven().count() < 2 {
+            if (is_roundabout(tags) || first == last) && layout.section.driven().count() < 2 {
                 narrow_rings.extend(way.nodes.iter().copied());
             }
             if first == last {
