@@ -60,12 +60,14 @@ impl WayGraph<'_> {
     fn goal(&self, mut way: usize, mut end: End, mut travel: Travel) -> (f64, Goal) {
         let mut length = 0.0;
         for _ in 0..WAYS_MOST {
-            let Some((next, entry)) = self.beyond(way, end) else {
-                if self.narrow_rings.contains(&self.ways[&way].nodes[end]) {
-                    return (length, Goal::NarrowRing);
-                }
-                return (length, self.two_way_at(way, end, travel).map_or(Goal::Other, Goal::TwoWay));
-            };
+            if self.narrow_rings.contains(&self.ways[&way].nodes[end]) {
+                return (length, Goal::NarrowRing);
+            }
+            // First the two-way road: where it begins, the other carriageway leads away from the same node.
+            if let Some(lanes) = self.two_way_at(way, end, travel) {
+                return (length, Goal::TwoWay(lanes));
+            }
+            let Some((next, entry)) = self.beyond(way, end) else { break };
             if entry == end {
                 travel = opposite(travel);
             }
