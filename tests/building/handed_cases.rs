@@ -207,7 +207,8 @@ fn seventeen_roads_most_of_them_one_way_meet_in_one_intersection() {
     let Some(data) = case("gang2") else { return };
     let built = built(&data);
     assert_eq!(found(&built, Severity::Error), Vec::<String>::new());
-    assert!(built.map.polygons.len() <= 4, "the slip lane and the bus roads are part of the crossing");
+    // Beside the crossing, with its bus roads, slip lanes leave or join a carriageway of several lanes at four places.
+    assert!(built.map.polygons.len() <= 5, "{} areas", built.map.polygons.len());
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn a_single_track_loses_a_direction_beyond_the_place_where_its_tags_change() {
         // A track, which is a bridge farther on.
         let nodes = [&AGAINST_A_ONE_WAY_STREET[..], &[(9, 120.0, 100.0, ""), (10, 120.0, -100.0, "")]].concat();
         let ways: [(i64, &[i64], &str); 4] = [
-            (11, &[1, 2, 3], "highway=secondary oneway=yes"),
+            (11, &[1, 2, 3], "highway=secondary oneway=yes lanes=1"),
             (12, &[2, 4, 5, 6, 7], "highway=track tracktype=grade1"),
             (13, &[7, 8], "highway=track tracktype=grade1 bridge=yes layer=1"),
             (14, &[9, 8, 10], "highway=residential"),
