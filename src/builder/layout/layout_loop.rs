@@ -18,9 +18,7 @@ use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::unreachable_lanes::{direct_half_served, end_road_without_turns};
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
-use crate::builder::streets::consolidate::{
-    ConsolidateOptions, MergeNote, MergeReason, absorb_roads, crowded_accesses, crowds, without_roads,
-};
+use crate::builder::streets::consolidate::{ConsolidateOptions, absorb_roads, crowded_accesses, crowds, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::builder::streets::lane_drop::{LaneDrop, with_lane_drops};
 use crate::builder::streets::lane_opening::{LaneOpening, with_lane_openings};
@@ -28,10 +26,11 @@ use crate::diagnostic::Finding;
 
 use super::lane_drops::{added_lanes, lane_drops};
 use super::lane_openings::{closed_lanes, lane_openings};
+use super::last_resorts::last_resorts;
 use super::map_layout::Layout;
 use super::roads_inside::{
     crowded_intersections, ended_early, ends_without_turns, half_served_ends, left_out, left_out_movements,
-    road_inside, roads_abreast, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
+    road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
@@ -41,13 +40,6 @@ const ROUNDS: usize = 200;
 /// Stop lines that get into the way of a lanelet are ignored at its intersection, and then in each round one short road farther away,
 /// up to this number of roads.
 const FARTHEST_STOP_LINES: usize = 6;
-
-/// An island of at most this area, square metres, lies inside an intersection if no vehicle can wait on the roads around it.
-const SMALL_ISLAND: f64 = 250.0;
-
-/// Where lanelets run over the end of a road on which no vehicle can wait, the intersection may reach this many times as far as otherwise:
-/// the lanelets of both intersections would lie on each other.
-const OVERRUN_REACH: f64 = 2.0;
 
 /// What is drawn in all rounds is at most so many times what was drawn in the first one, or [`LEAST_EFFORT`]: where dozens of roads lie
 /// over each other, everything is drawn again and again.
@@ -106,22 +98,6 @@ struct LayoutLoop<'a> {
     notes: Vec<Finding>,
     /// Which roads were merged or left out.
     road_notes: Vec<Finding>,
-}
-
-/// Roads that are merged with other limits where nothing else can be.
-struct LastResort {
-    /// For which reason the usual limits keep them apart.
-    refused: MergeReason,
-    roads: Vec<RoadIx>,
-    keys: FxHashSet<RoadKey>,
-    options: ConsolidateOptions,
-}
-
-impl LastResort {
-    /// Whether a road that was not merged may be with these limits.
-    fn may_help(&self, note: &MergeNote) -> bool {
-        !note.merged && note.reason == self.refused && self.keys.contains(&note.key)
-    }
 }
 
 /// What the loop begins with again when merges are taken back.
@@ -234,7 +210,7 @@ impl LayoutLoop<'_> {
             road_notes: self.road_notes.clone(),
             refused: self.apart.clone(),
         });
-        let resorts = self.last_resorts(&roads);
+        let resorts = last_resorts(&self.layout, &roads);
         let network = std::mem::take(&mut self.layout.network);
         let left = |road| self.layout.left(road);
         let (mut network, mut changed, mut merges) =
@@ -252,25 +228,6 @@ impl LayoutLoop<'_> {
         self.merged.extend(merges.iter().filter(|note| note.merged).map(|note| note.key));
         self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
         changed
-    }
-
-    /// How these roads are merged where nothing else can be, in the order of trial.
-    fn last_resorts(&self, roads: &[RoadIx]) -> [LastResort; 3] {
-        let network = &self.layout.network;
-        let usual = ConsolidateOptions::default();
-        let overrun: FxHashSet<RoadIx> = self.layout.overrun().map(|at| at.road).collect();
-        let overrun = roads.iter().copied().filter(|road| overrun.contains(road)).collect();
-        let resort = |refused, roads: Vec<RoadIx>, options| {
-            let keys = roads.iter().map(|road| network.road(*road).key).collect();
-            LastResort { refused, roads, keys, options }
-        };
-        let reaching = |reach| ConsolidateOptions { reach, ..usual.clone() };
-        let around_island = ConsolidateOptions { island: SMALL_ISLAND, ..usual.clone() };
-        [
-            resort(MergeReason::Reach, roads_abreast(network, roads), reaching(f64::INFINITY)),
-            resort(MergeReason::Reach, overrun, reaching(OVERRUN_REACH * usual.reach)),
-            resort(MergeReason::Island, roads.to_vec(), around_island),
-        ]
     }
 
     /// The state before roads were merged, if some merges must be taken back. Roads are merged so that no lanelet runs over their ends.

@@ -2,6 +2,7 @@
 
 mod lane_drops;
 mod lane_openings;
+mod last_resorts;
 pub mod layout_loop;
 pub mod map_layout;
 mod roads_inside;

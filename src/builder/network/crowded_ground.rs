@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
+use crate::builder::tags::values::number_of;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::osm::Tags;
@@ -149,7 +150,7 @@ fn lanes(tags: &Tags) -> f64 {
     const USUAL: [f64; 2] = [2.0, 1.0];
     /// More are not built.
     const MOST_LANES: f64 = 24.0;
-    let tagged = tags.get("lanes").and_then(|value| value.split(';').next()?.trim().parse::<f64>().ok());
+    let tagged = tags.get("lanes").and_then(|value| number_of(value.split(';').next()?));
     let listed = tags.iter().filter(|(key, _)| key.ends_with(":lanes")).map(|(_, list)| list.split('|').count() as f64);
     let usual = USUAL[usize::from(matches!(tags.get("oneway"), Some("yes" | "1" | "true" | "-1")))];
     let told = tagged.into_iter().filter(|count| count.is_finite()).chain(listed);
