@@ -3,15 +3,24 @@
 use std::fs::File;
 use std::io::Read;
 
-use crate::builder::{Placing, build_opendrive};
+use rustc_hash::FxHashSet;
+
+use crate::builder::{Built, FileLane, Placing, build_opendrive, opendrive_note};
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::lanelet::LaneletId;
+use crate::lanelet::index::MapIndex;
 use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
+use crate::rules::{self, Config};
 use crate::xodr::{XodrError, is_opendrive, read};
 
 use super::built::BuiltMap;
 use super::error::{Error, ErrorKind};
 use super::layout::{LayoutOptions, asked, build_failure, projector};
 use super::{InMemory, Input};
+
+/// Notes about lanes whose shape breaks a requirement: they name the lanelets.
+const SHAPE_NOTES: [&str; 2] = ["opendrive-shape", "opendrive-overlap"];
 
 /// Bytes of a file by which its format is told.
 const HEAD: u64 = 1 << 16;
@@ -69,9 +78,53 @@ impl BuiltMap {
         };
         let wanted: &(dyn Fn(LonLat) -> Projector + Sync) = &wanted;
         let placing = Placing { origin, wanted: options.projector.map(|_| wanted) };
-        let built = build_opendrive(&file, &build, placing);
-        built.map(|built| Self { built }).map_err(|error| ErrorKind::Build.error(build_failure(error, &name)))
+        let mut built = build_opendrive(&file, &build, placing)
+            .map_err(|error| ErrorKind::Build.error(build_failure(error, &name)))?;
+        tell(&format!("judging {name}"));
+        let untold = untold_errors(&built)?;
+        built.notes.extend(untold);
+        Ok(Self { built })
     }
+}
+
+/// A note for each error that `check` finds at lanes whose own shapes or links break a requirement, unless another note names them.
+fn untold_errors(built: &Built) -> Result<Vec<Finding>, Error> {
+    let index = MapIndex::new(&built.map, &[], &built.settings);
+    let found = rules::run(&index, &Config::from(&built.settings))
+        .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
+    let in_file = |subject: Subject| {
+        let Subject::Lanelet(id) = subject else { return None };
+        let at = built.file_lanes.binary_search_by_key(&LaneletId(id), |lane| lane.lanelet).ok()?;
+        built.file_lanes.get(at)
+    };
+    let shapes = built.notes.iter().filter(|note| SHAPE_NOTES.contains(&note.fault));
+    let named: FxHashSet<i64> = shapes.flat_map(|note| numbers(&note.message)).collect();
+    let mut told = Vec::new();
+    for error in found.iter().filter(|one| one.severity == Severity::Error) {
+        let finding = &error.finding;
+        let subjects = std::iter::once(finding.subject).chain(finding.related.iter().map(|related| related.subject));
+        let mut lanes: Vec<&FileLane> = subjects.filter_map(in_file).collect();
+        lanes.dedup_by_key(|lane| lane.lanelet);
+        let Some(first) = lanes.first() else { continue };
+        if lanes.iter().any(|lane| named.contains(&lane.lanelet.0)) {
+            continue;
+        }
+        let name = |lane: &&FileLane| format!("lane {} of road {} (lanelet {})", lane.lane, lane.road, lane.lanelet);
+        let names: Vec<String> = lanes.iter().map(name).collect();
+        let message = format!(
+            "{}: as the file has it, `check` calls it an error: {} [{}]",
+            names.join(" and "),
+            finding.message,
+            error.code
+        );
+        told.push(opendrive_note("opendrive-error", first.line, message).graded(Severity::Warning));
+    }
+    Ok(told)
+}
+
+/// The ids in a text.
+fn numbers(text: &str) -> impl Iterator<Item = i64> {
+    text.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse().ok())
 }
 
 fn unread(error: XodrError, name: &str, text: &str) -> Failure {

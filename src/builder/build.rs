@@ -17,7 +17,7 @@ use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{
     NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, is_highway, road_network,
 };
-use super::opendrive::{Placing, assemble_opendrive, guesses};
+use super::opendrive::{FileLane, Placing, assemble_opendrive, guesses};
 use super::options::{BuildOptions, Inside, Plan};
 use super::postprocess::{grade_separation, shared_borders, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
@@ -84,6 +84,8 @@ pub struct Built {
     pub summary: Summary,
     /// Ids that two elements of this map have; the next build gives them to neither.
     pub contested: Vec<i64>,
+    /// Where lanelets stand in the OpenDRIVE file, in order of their ids; none for other inputs.
+    pub file_lanes: Vec<FileLane>,
 }
 
 /// Builds a map from OpenStreetMap's elements; every point has longitude and latitude.
@@ -283,13 +285,14 @@ const ROADS: [&str; 2] = ["road", "bus_lane"];
 pub fn build_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placing) -> Result<Built, BuildError> {
     let mut built = uncontested(&options.contested, |contested| {
         let options = BuildOptions { contested: contested.clone(), ..options.clone() };
-        let (assembled, projector) = assemble_opendrive(file, &options, placing);
+        let (assembled, projector, file_lanes) = assemble_opendrive(file, &options, placing);
         let driven = |lanelet: &Lanelet| ROADS.iter().any(|subtype| lanelet.attributes.is("subtype", subtype));
         if !assembled.map.lanelets.iter().any(driven) {
             return Err(BuildError::NoLane { roads: file.roads.len() });
         }
         let guesses = guesses(&assembled.notes);
-        Ok(finished(assembled, projector, (Vec::new(), guesses), &options.inside, options.profile))
+        let built = finished(assembled, projector, (Vec::new(), guesses), &options.inside, options.profile);
+        Ok(Built { file_lanes, ..built })
     })?;
     built.map.place_on_globe(&built.projector);
     Ok(built)
@@ -323,7 +326,7 @@ fn finished(
         guesses,
     };
     let contested = map.repeated_ids();
-    Built { map, projector, settings, notes, summary, contested }
+    Built { map, projector, settings, notes, summary, contested, file_lanes: Vec::new() }
 }
 
 /// The box around all nodes of ways that are roads by their tags.

@@ -31,6 +31,6 @@ pub mod tags;
 mod tests;
 
 pub use build::{BuildError, Built, MERGE_UNMET, Summary, build, build_opendrive, build_plan, plan, uncontested};
-pub use opendrive::Placing;
+pub use opendrive::{FileLane, Placing, note as opendrive_note};
 pub use options::{BuildOptions, Plan};
 pub use postprocess::user_elements::UNDRAWN;

@@ -337,3 +337,98 @@ fn odd_shapes_inside_junctions_are_told() {
     let plain = built(&junction(&[(0.0, &[(-1, 3.5, 0.0, -1, -1)])], -1));
     assert!(!told(&plain, "it is built as it is"), "{:?}", plain.built.notes);
 }
+
+/// Paint changes where a strip between the directions, which closes ahead, is narrower than Lanelet2's users take for one line.
+#[test]
+fn a_road_is_not_cut_where_a_strip_between_its_directions_closes() {
+    let geometry = line(0.0, 0.0, 80.0);
+    let road = RoadText {
+        id: "a",
+        junction: "-1",
+        links: ["", ""],
+        geometry: &geometry,
+        length: 80.0,
+        sections: &[
+            (0.0, &[(1, 3.5, 0.0, 0, 1), (-1, 1.0, -0.025, 0, 0), (-2, 3.5, 0.0, 0, -1)]),
+            (40.0, &[(1, 3.5, 0.0, 1, 0), (-1, 3.5, 0.0, -2, 0)]),
+        ],
+    };
+    let strip = "<lane id=\"-1\" type=\"driving\"><link></link>";
+    let text = text(&[road], "").replace(strip, &strip.replace("driving", "restricted"));
+    let outer = "<lane id=\"-2\" type=\"driving\"><link><successor id=\"-1\"/></link><width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/>";
+    assert!(text.contains(outer) && text.contains("restricted"), "{text}");
+    let marks = "<roadMark sOffset=\"0\" type=\"solid\"/><roadMark sOffset=\"30\" type=\"broken\"/>";
+    let text = text.replace(outer, &format!("{outer}{marks}"));
+    assert_eq!(errors(&text), Vec::<String>::new());
+    // 30 m on the strip is 0.25 m wide; 2.8 m before that, 0.32 m.
+    let map = built(&text);
+    let begins = |at: f64| {
+        let first = |lanelet: &&Lanelet| map.built.map.bound_points(lanelet.left).next().unwrap().position.x;
+        roads(&map).iter().any(|lanelet| (first(lanelet) - at).abs() < 0.15)
+    };
+    assert!(begins(27.2) && !begins(30.0));
+}
+
+/// A lane opens behind a road that is too short for lanelets and is left out: its inner border has no other to be joined with.
+#[test]
+fn a_lane_that_opens_behind_a_short_road_is_upright() {
+    let geometry = [line(0.0, 0.0, 20.0), line(20.0, 0.0, 0.12), line(20.12, 0.0, 20.0)];
+    let lanes: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 0.5, 0.0, 0, -1), (-2, 3.0, 0.0, 0, -2)])];
+    let short: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 0.5, 0.0, -1, -1), (-2, 3.0, 0.0, -2, -3)])];
+    let opening: &[(f64, &[LaneText])] =
+        &[(0.0, &[(-1, 0.5, 0.0, -1, 0), (-2, 0.0, 0.2, 0, 0), (-3, 3.0, 0.0, -2, 0)])];
+    let road = |id, links, at: usize, sections| RoadText {
+        id,
+        junction: "-1",
+        links,
+        geometry: &geometry[at],
+        length: [20.0, 0.12, 20.0][at],
+        sections,
+    };
+    let roads = [
+        road("a", ["", "b start"], 0, lanes),
+        road("b", ["a end", "c start"], 1, short),
+        road("c", ["b end", ""], 2, opening),
+    ];
+    let strip = |text: String| {
+        let typed = |line: &str| match line.contains("<lane id=\"-1\"") {
+            true => line.replace("driving", "shoulder"),
+            false => line.to_owned(),
+        };
+        text.lines().map(typed).collect::<Vec<_>>().join("\n")
+    };
+    // The third road's lanes lead to the left of its reference line.
+    let (before, third) =
+        strip(text(&roads, "")).split_once("<road id=\"c\"").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    let third = third.replace("<lanes>", "<lanes><laneOffset s=\"0\" a=\"0\" b=\"0.446\" c=\"0\" d=\"0\"/>");
+    assert_eq!(errors(&format!("{before}<road id=\"c\"{third}")), Vec::<String>::new());
+}
+
+#[test]
+fn errors_that_the_lanes_of_a_file_make_are_told_with_its_own_names() {
+    let lanes: &[(f64, &[LaneText])] = &[(0.0, &[(-1, 3.5, 0.0, -1, -1)])];
+    let geometry = [line(0.0, 0.0, 50.0), line(50.0, 0.0, 50.0)];
+    let road = |id, links, at: usize| RoadText {
+        id,
+        junction: "-1",
+        links,
+        geometry: &geometry[at],
+        length: 50.0,
+        sections: lanes,
+    };
+    let plain = text(&[road("a", ["", "b start"], 0), road("b", ["a end", ""], 1)], "");
+    assert_eq!(errors(&plain), Vec::<String>::new());
+    // The second road's lane is driven the other way.
+    let (first, second) = plain.split_once("<road id=\"b\"").unwrap();
+    let against = second.replace("<lane id=\"-1\"", "<lane id=\"-1\" direction=\"reversed\"");
+    let text = format!("{first}<road id=\"b\"{against}");
+    let found = errors(&text);
+    assert!(found.len() == 1 && found[0].contains("health/head-on"), "{found:?}");
+    let map = built(&text);
+    let notes: Vec<_> = map.built.notes.iter().filter(|note| note.fault == "opendrive-error").collect();
+    let [note] = notes[..] else { panic!("one note: {notes:?}") };
+    for part in ["lane -1 of road a (lanelet ", " and lane -1 of road b (lanelet ", "[health/head-on]"] {
+        assert!(note.message.contains(part), "{note:?}");
+    }
+    assert!(!built(&plain).built.notes.iter().any(|note| note.fault == "opendrive-error"));
+}

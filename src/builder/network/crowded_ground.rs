@@ -24,6 +24,10 @@ const MOST: f64 = 2_000.0;
 /// The same of all levels: the floors of a car park lie above each other.
 const MOST_ABOVE_EACH_OTHER: f64 = 4.0 * MOST;
 
+/// Ends of segments that meet two others or more at their node, on a square at most: a crossing of two streets has two, a side street
+/// one. Of the same extracts the densest square has 12 such nodes.
+const MOST_MEETING: usize = 60;
+
 /// The least that a segment counts, metres: many short ones are as much work as a long one.
 const LEAST: f64 = 2.0;
 
@@ -38,6 +42,8 @@ type Storey<'a> = (u64, Option<&'a str>);
 struct Ground {
     /// Metres of road, each as often as the road has lanes.
     metres: f64,
+    /// Ends of segments that meet two others or more.
+    meeting: usize,
     /// The first way of which a part is left out here.
     first: Option<i64>,
     /// The last way of those, and how many they are.
@@ -49,9 +55,17 @@ impl Ground {
     /// Adds so many metres of a way; whether they are built, where `most` are.
     fn has_room(&mut self, most: f64, metres: f64, way: i64) -> bool {
         self.metres += metres;
-        if self.metres <= most {
-            return true;
-        }
+        self.metres <= most || self.leaves_out(way)
+    }
+
+    /// Adds an end of a way that meets two others or more; whether it is built.
+    fn has_room_to_meet(&mut self, way: i64) -> bool {
+        self.meeting += 1;
+        self.meeting <= MOST_MEETING || self.leaves_out(way)
+    }
+
+    /// Notes that a part of a way is not built here: `false`.
+    fn leaves_out(&mut self, way: i64) -> bool {
         self.first.get_or_insert(way);
         self.left_out += usize::from(self.last.replace(way) != Some(way));
         false
@@ -73,6 +87,7 @@ pub(super) fn thinned(
     });
     // Of each level, and of all of them.
     let mut ground: FxHashMap<(Square, Option<Storey>), Ground> = FxHashMap::default();
+    let mut ends_at: FxHashMap<i64, usize> = FxHashMap::default();
     let mut left_out: Vec<(usize, usize)> = Vec::new();
     for at in order {
         let run = &runs[at];
@@ -87,6 +102,14 @@ pub(super) fn thinned(
                 fits &= ground.entry((square, Some(storey))).or_default().has_room(MOST, metres, way.id)
                     && ground.entry((square, None)).or_default().has_room(MOST_ABOVE_EACH_OTHER, metres, way.id);
             });
+            for node in pair {
+                let ends = ends_at.entry(*node).or_default();
+                *ends += usize::from(fits);
+                if fits && *ends > 2 {
+                    let square = (square_of(positions[node]), None);
+                    fits = ground.entry(square).or_default().has_room_to_meet(way.id);
+                }
+            }
             if !fits {
                 left_out.push((at, segment));
             }
@@ -129,14 +152,18 @@ fn too_many(ground: &FxHashMap<(Square, Option<Storey>), Ground>) -> impl Iterat
     crowded.into_iter().filter_map(|((square, storey), ground)| {
         let first = ground.first?;
         let (most, on) = if storey.is_some() { (MOST, "on one level") } else { (MOST_ABOVE_EACH_OTHER, "on all levels") };
+        let there_are = if ground.metres > most {
+            format!("{:.0} m of lanes {on}, and {most} m are built", ground.metres)
+        } else {
+            format!("{} ends of ways that meet others, and {MOST_MEETING} are built", ground.meeting)
+        };
         let others = match ground.left_out {
             ..2 => String::new(),
             count => format!(" and {} others", count - 1),
         };
         let message = format!(
-            "too many ways: on a square of {SIDE} m there are {:.0} m of lanes {on}, and {most} m are built; left out there: way \
-             {first}{others}; remove what is drawn twice, or build a smaller part",
-            ground.metres
+            "too many ways: on a square of {SIDE} m there are {there_are}; left out there: way {first}{others}; remove what is \
+             drawn twice, or build a smaller part"
         );
         let place = Place::Point(Point::from(square.map(|sides| (sides as f64 + 0.5) * SIDE)));
         let finding = Finding::new("too-many-ways", Subject::Way(first), message).at(place);
@@ -157,11 +184,15 @@ fn lanes(tags: &Tags) -> f64 {
     told.reduce(f64::max).unwrap_or(usual).clamp(1.0, MOST_LANES)
 }
 
+/// The square on which a place lies.
+fn square_of(place: Point) -> Square {
+    [place.x, place.y].map(|at| (at / SIDE).floor() as i64)
+}
+
 /// Calls `each` with the squares that a segment crosses and how much of it, metres, lies on each.
 fn each_square([from, to]: [Point; 2], mut each: impl FnMut(Square, f64)) {
     let along = to - from;
     let length = along.norm();
-    let square_of = |place: Point| [place.x, place.y].map(|at| (at / SIDE).floor() as i64);
     if square_of(from) == square_of(to) {
         return each(square_of(from), length);
     }
@@ -245,6 +276,31 @@ mod tests {
             "{}",
             note.message
         );
+    }
+
+    #[test]
+    fn of_too_many_crossings_on_one_square_the_first_are_built() {
+        // Streets along the square, each 4 m from the next, and as many across.
+        let built = |along: usize, across: usize| {
+            let place =
+                |i: usize, k: usize| (10 + (100 * i + k) as i64, 3.0 + 4.0 * k as f64, 3.0 + 4.0 * i as f64, "");
+            let nodes: Vec<_> = (0..along).flat_map(|i| (0..across).map(move |k| place(i, k))).collect();
+            let id = |i: usize, k: usize| place(i, k).0;
+            let mut ways: Vec<(i64, Vec<i64>)> =
+                (0..along).map(|i| (1 + i as i64, (0..across).map(|k| id(i, k)).collect())).collect();
+            ways.extend((0..across).map(|k| (51 + k as i64, (0..along).map(|i| id(i, k)).collect())));
+            let ways: Vec<_> = ways.iter().map(|(id, nodes)| (*id, &nodes[..], "lanes=1 oneway=yes")).collect();
+            road_network(&osm(&nodes, &ways), &plane, &NetworkOptions::default()).unwrap()
+        };
+        assert_eq!(told(&built(5, 6)).len(), 0);
+        let crowded = built(9, 10);
+        let [note] = told(&crowded)[..] else { panic!("one finding: {:?}", told(&crowded)) };
+        assert!(
+            note.message.contains("ends of ways that meet others, and 60 are built; left out there: way 5"),
+            "{}",
+            note.message
+        );
+        assert!((1..=9).all(|way| ways(&crowded).contains(&way)), "the smaller ids: {:?}", ways(&crowded));
     }
 
     #[test]

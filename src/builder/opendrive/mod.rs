@@ -37,7 +37,8 @@ use super::options::BuildOptions;
 use super::tags::road_class::DrivingSide;
 
 use plane::Plane;
-use scene::{Scene, note};
+use scene::Scene;
+pub use scene::{FileLane, note};
 use stretches::{CutRoad, Stretch};
 
 /// Where a file lies that does not say it, and the projector that the user wants.
@@ -49,8 +50,12 @@ pub struct Placing<'a> {
     pub wanted: Option<&'a (dyn Fn(LonLat) -> Projector + Sync)>,
 }
 
-/// Builds the map of a file; also gives its projector.
-pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placing) -> (Assembled, Projector) {
+/// Builds the map of a file; also gives its projector, and where its lanelets stand in the file.
+pub fn assemble_opendrive(
+    file: &OpenDrive,
+    options: &BuildOptions,
+    placing: Placing,
+) -> (Assembled, Projector, Vec<FileLane>) {
     let starts = file.roads.iter().flat_map(|road| road.plan.records()).map(|record| record.origin);
     let wanted = placing.wanted.map(|wanted| wanted as &dyn Fn(LonLat) -> Projector);
     let plane = Plane::new(file, &starts.collect::<Vec<Point>>(), placing.origin, wanted);
@@ -102,7 +107,7 @@ pub fn assemble_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Pla
     whole.settings = Settings { intersection: made.settings, loose_ends: made.loose_ends, ..Settings::default() };
     whole.settings.driving_side = Some(if left_hand { Side::Left } else { Side::Right });
     whole.map = assembly.finish(MapPart::default());
-    (whole, plane.projector)
+    (whole, plane.projector, drawn.in_file(&scene))
 }
 
 /// The notes that are guesses: values that the file does not say.

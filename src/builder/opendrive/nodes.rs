@@ -188,7 +188,29 @@ impl Nodes {
             let place = self.meeting(members);
             all.extend(members.iter().map(|&at| (self.ends[at], (first, place))));
         }
+        self.carry_along(&mut all);
         all
+    }
+
+    /// Moves an end that nothing is joined to with the end beside it, where the lane between them has no width and the other is drawn off
+    /// to its node: the lane's borders would cross.
+    fn carry_along(&self, all: &mut EndNodes) {
+        let alone = self.members.iter().filter(|members| members.len() == 1).map(|members| members[0]);
+        for at in alone {
+            let (stretch, far, border) = self.ends[at];
+            let own = self.places[at];
+            let beside = [border - 1, border + 1].into_iter().filter_map(|it| self.known.get(&(stretch, far, it)));
+            let together = beside.copied().filter(|&other| distance(own, self.places[other]) <= WELD);
+            let moved = together.filter_map(|other| {
+                let (_, place) = all.get(&self.ends[other])?;
+                let shift: Place = std::array::from_fn(|i| place[i] - self.places[other][i]);
+                (shift[0].hypot(shift[1]) > WELD).then_some(shift)
+            });
+            let Some(shift) = moved.into_iter().next() else { continue };
+            if let Some((_, place)) = all.get_mut(&self.ends[at]) {
+                *place = std::array::from_fn(|i| own[i] + shift[i]);
+            }
+        }
     }
 
     fn meeting(&self, members: &[usize]) -> Place {

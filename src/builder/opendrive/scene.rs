@@ -24,6 +24,19 @@ pub struct Piece {
     pub lane: i64,
 }
 
+/// Where a lanelet stands in the file that it was built from.
+#[derive(Clone, Debug)]
+pub struct FileLane {
+    /// The lanelet.
+    pub lanelet: LaneletId,
+    /// The line of the road.
+    pub line: usize,
+    /// The road's id.
+    pub road: String,
+    /// The lane's id where the lanelet begins along the road.
+    pub lane: i64,
+}
+
 /// A lanelet of a lane.
 #[derive(Clone, Debug)]
 pub struct DrawnLane {
@@ -195,6 +208,18 @@ impl Drawn {
         let ids: Vec<String> = along.map(|(_, it)| it.lanelet.0.to_string()).collect();
         let lanelets = if ids.len() == 1 { "lanelet" } else { "lanelets" };
         format!("lane {lane} of road {} ({lanelets} {})", scene.road(stretch).id, ids.join(", "))
+    }
+
+    /// Where all lanelets stand in the file, in order of their ids.
+    pub fn in_file(&self, scene: &Scene) -> Vec<FileLane> {
+        let of = |drawn: &DrawnLane| {
+            let piece = drawn.pieces.first()?;
+            let road = scene.road(piece.stretch);
+            Some(FileLane { lanelet: drawn.lanelet, line: road.line, road: road.id.to_string(), lane: piece.lane })
+        };
+        let mut lanes: Vec<FileLane> = self.lanes.iter().filter_map(of).collect();
+        lanes.sort_by_key(|lane| lane.lanelet);
+        lanes
     }
 
     /// The lanelets of a stretch, with their indices, in order.

@@ -30,6 +30,10 @@ const TURN_STEP: f64 = 0.2;
 /// A lane that is nowhere wider than this, metres, is none: exporters leave some beside others. Where a lane opens between two others,
 /// its lanelet begins where it is as wide: from there on their borders are apart.
 const OPEN: f64 = 0.5;
+/// Borders of lanes of opposite directions that are closer than this, metres, are taken for one (vm-01-04).
+const STRIP: f64 = 0.32;
+/// Paint may change, and a lanelet begin, so far, metres, from where the file has it.
+const FARTHEST_CUT: f64 = 4.0;
 
 /// A part of a road along which nothing changes.
 #[derive(Clone, Debug)]
@@ -86,7 +90,7 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
         .windows(2)
         .flat_map(|pair| openings(road, &sections_between(road, &cut.kept, [pair[0], pair[1]]), [pair[0], pair[1]]))
         .collect();
-    stations.extend(opening);
+    stations.extend(opening.into_iter().map(|station| clear_of_strip(road, &cut.kept, station)));
     if !connecting {
         stations.extend(half_turns(road));
     }
@@ -94,6 +98,7 @@ pub fn cut(file: &OpenDrive, index: usize, connecting: bool) -> CutRoad {
     stations.dedup();
     if !connecting {
         for change in changes(road, &cut.kept) {
+            let change = clear_of_strip(road, &cut.kept, change);
             if stations.iter().all(|station| (station - change).abs() >= SHORTEST) {
                 stations.push(change);
             }
@@ -189,6 +194,26 @@ fn openings(road: &Road, sections: &[&Section], [from, to]: [f64; 2]) -> Vec<f64
     }
     found.retain(|station| *station > from + MICRO && *station < to - MICRO);
     found
+}
+
+/// The station at which a road is cut for one where a strip between its directions is about to close: the nearest at which the strip
+/// is so wide that both of its borders can end there.
+fn clear_of_strip(road: &Road, kept: &[usize], station: f64) -> f64 {
+    let Some(&at) = kept.iter().rev().find(|at| road.sections[**at].span[0] < station) else { return station };
+    let section = &road.sections[at];
+    let driven = |side: i64| vehicle_lanes(section).map(|lane| lane.id * side).filter(|id| *id > 0).min();
+    let (Some(left), Some(right)) = (driven(1), driven(-1)) else { return station };
+    let strip = |station: f64| -> f64 {
+        (1 - right..left).filter(|lane| *lane != 0).map(|lane| section.width(road, lane, station)).sum()
+    };
+    let width = strip(station.min(section.span[1]));
+    if width <= ONE_BORDER || width >= STRIP {
+        return station;
+    }
+    let steps =
+        (1..=(FARTHEST_CUT / MICRO) as usize).flat_map(|step| [1.0, -1.0].map(|side| side * step as f64 * MICRO));
+    let around = steps.map(|step| station + step).filter(|at| *at > section.span[0] && *at < section.span[1]);
+    around.into_iter().find(|at| strip(*at) >= STRIP).unwrap_or(station)
 }
 
 /// The stations at which a road has turned as far as a lanelet may: on a helix or a ring its outline would cross itself.

@@ -4,11 +4,14 @@ mod connection;
 mod params;
 mod signal;
 
+use std::collections::BTreeMap;
+
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic, U_TURN};
 use crate::lanelet::{PointId, RoadType};
 
+use super::crowd;
 use connection::NearContinuations;
 use params::Params;
 use rustc_hash::FxHashSet;
@@ -18,12 +21,38 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = connection::dangling(map, params, &misses);
     findings.extend(misses.into_findings());
     let near = NearContinuations::new(map, params);
+    let mut ends_told = EndsTold::default();
     for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
-        findings.extend(loose_ends(map, params, &near, (intersection, traffic)));
+        findings.extend(ends_told.first(loose_ends(map, params, &near, (intersection, traffic))));
         findings.extend(movements_missing(map, intersection, traffic));
     }
+    findings.extend(ends_told.too_many());
     findings.extend(signal::judge(map, params));
     findings
+}
+
+/// How often it is told of each lane that it ends, or starts, where nothing goes on: areas may lie over each other.
+#[derive(Default)]
+struct EndsTold(BTreeMap<(Subject, &'static str), usize>);
+
+impl EndsTold {
+    /// Those of the findings that are among the first of their lane.
+    fn first(&mut self, findings: Vec<Finding>) -> impl Iterator<Item = Finding> {
+        findings.into_iter().filter(|finding| {
+            let told = self.0.entry((finding.subject, finding.fault)).or_default();
+            *told += 1;
+            *told <= crowd::MOST
+        })
+    }
+
+    /// A finding for each lane of which only the first were told.
+    fn too_many(self) -> impl Iterator<Item = Finding> {
+        self.0.into_iter().filter(|(_, told)| *told > crowd::MOST).map(|((lane, fault), told)| {
+            let many = crowd::too_many(told, "intersection areas lie over its end or start");
+            let message = format!("Lane {}: {many}", lane.id().unwrap_or_default());
+            Finding::new(fault, lane, message)
+        })
+    }
 }
 
 /// The outline of an intersection area.

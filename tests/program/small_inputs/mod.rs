@@ -32,6 +32,9 @@ const GROWTH: f64 = 2.5;
 /// What every run takes, however small its input: seconds of a processor, and bytes. Only what is beyond is compared.
 const START: (f64, f64) = (0.3, 40e6);
 
+/// A run that takes more seconds of a processor than this is stopped; it keeps no bound.
+const LONGEST: f64 = 120.0;
+
 /// What a run took: seconds of all processors, and bytes at most at one time.
 #[derive(Clone, Copy, Debug)]
 struct Cost {
@@ -69,6 +72,11 @@ fn cost(dir: &Path, verb: &str, file: &str) -> Cost {
         cost.seconds = processor_seconds(&stat).unwrap_or(cost.seconds);
         if let Some(exit) = child.try_wait().unwrap() {
             break exit;
+        }
+        if cost.seconds > LONGEST {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return cost;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     };
@@ -152,6 +160,50 @@ fn steep_kinds_stay_within_bounds() {
             assert!(cost.seconds < MOST.0 && cost.bytes < MOST.1, "{verb} of {} x {}: {cost:?}", kind.size, kind.name);
         }
     }
+}
+
+/// Files of one megabyte, as somebody would send who wants to do harm. `LANEWRIGHT_KINDS=star,comb` takes these kinds alone.
+#[test]
+fn a_megabyte_of_every_kind_stays_within_bounds() {
+    /// Seconds of a processor, and bytes; the program as it is released takes a quarter of the time, and 10 s are promised.
+    const MOST: (f64, f64) = (40.0, 1e9);
+    const MEGABYTE: u64 = 1_000_000;
+    if !soak() {
+        return;
+    }
+    let only = std::env::var("LANEWRIGHT_KINDS").ok();
+    let is_asked = |kind: &Kind| only.as_ref().is_none_or(|names| names.split(',').any(|name| name == kind.name));
+    let dir = tempfile::tempdir().unwrap();
+    let mut faults = Vec::new();
+    for (kinds, verbs) in [
+        ([streets::KINDS, streets::STEEP], &["build", "geometry"][..]),
+        ([maps::KINDS, maps::STEEP], &["check", "fix", "draw", "diff"][..]),
+    ] {
+        for kind in kinds.into_iter().flatten().filter(|kind| is_asked(kind)) {
+            let mut size = kind.size;
+            let length = |size: usize| {
+                write(dir.path(), kind, size, "megabyte.osm");
+                fs::metadata(dir.path().join("megabyte.osm")).unwrap().len()
+            };
+            let mut bytes = length(size);
+            // Some kinds grow with the square of their size, and one, a number in a tag, hardly at all.
+            while bytes < MEGABYTE * 9 / 10 && size < MEGABYTE as usize {
+                size = (size * 11 / 10).max((size as u64 * MEGABYTE / bytes).isqrt() as usize).max(size + 1);
+                bytes = length(size);
+            }
+            for verb in verbs {
+                let cost = cost(dir.path(), verb, "megabyte.osm");
+                let is_kept = cost.seconds < MOST.0 && cost.bytes < MOST.1;
+                let (seconds, megabytes) = (cost.seconds, cost.bytes / 1e6);
+                let mark = if is_kept { "" } else { "  TOO MUCH" };
+                println!("{:32} {verb:9} {size:6}: {seconds:6.1} s, {megabytes:5.0} MB{mark}", kind.name);
+                if !is_kept {
+                    faults.push(format!("{verb} of {size} x {}: {cost:?}", kind.name));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 /// Draws a kind into a file.

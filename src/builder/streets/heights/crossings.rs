@@ -20,6 +20,12 @@ const OVERLAP: f64 = 1.0;
 /// Within this distance by road, metres, two roads that run along each other may be about to join: a ramp beside its road.
 const JOINING: f64 = 200.0;
 
+/// A road has so many places at most at which it lies over or under others, and one more for each [`SPACING`] metres. The rest would
+/// be as much work as the square of the roads.
+const MOST: usize = 100;
+/// Metres of a road for each further place.
+const SPACING: f64 = 50.0;
+
 /// One road above another.
 #[derive(Clone, Copy, Debug)]
 pub struct Overpass {
@@ -31,6 +37,14 @@ pub struct Overpass {
     pub levels: f64,
     /// The point, local metres.
     pub place: Point,
+}
+
+/// The places where roads pass over others.
+pub struct Overpasses {
+    /// In the order of the roads; those of two roads follow each other.
+    pub places: Vec<Overpass>,
+    /// The roads that have more than are looked at, by their index, each with how many it has and how many are looked at.
+    pub too_many: Vec<(usize, [usize; 2])>,
 }
 
 /// A segment of a road.
@@ -75,42 +89,46 @@ impl LevelPiece {
 }
 
 /// All places where one road passes over another. `kept` has the stations between the intersections: roads that meet in one do
-/// not cross there. Where one runs along above the other there is a place every [`ROUNDED`] metres. Those of two roads follow each
-/// other.
-pub fn overpasses(network: &RoadNetwork, kept: &[Stations]) -> Vec<Overpass> {
+/// not cross there. Where one runs along above the other there is a place every [`ROUNDED`] metres.
+pub fn overpasses(network: &RoadNetwork, kept: &[Stations]) -> Overpasses {
     let pieces_of = |road: usize| pieces(road, &network.roads[road]);
     // Of two roads on different levels at least one is off the ground, and these are few.
     let off_ground = (0..network.roads.len()).filter(|road| network.roads[*road].level != 0.0);
     let off_ground: Vec<LevelPiece> = off_ground.flat_map(pieces_of).collect();
     if off_ground.is_empty() {
-        return Vec::new();
+        return Overpasses { places: Vec::new(), too_many: Vec::new() };
     }
     let cells = SpatialHash::new(off_ground.iter().map(LevelPiece::bounds).collect(), CELL);
     let crossings_of = |road: usize| {
-        let mut found = Vec::new();
+        let most = MOST + (network.roads[road].line.length() / SPACING) as usize;
+        let (mut found, mut count) = (Vec::new(), 0);
         for piece in pieces_of(road) {
             cells.touching(piece.bounds(), |i| {
                 let Some([upper, lower]) = by_level(&piece, &off_ground[i]) else { return };
+                let mut add = |crossing| {
+                    count += 1;
+                    if found.len() < most {
+                        found.push(([upper.place(), lower.place()], crossing));
+                    }
+                };
                 match crossing(upper, lower) {
                     Some(crossing) if meets(network, kept, &crossing) => {}
-                    Some(crossing) => found.push(([upper.place(), lower.place()], crossing)),
-                    None => {
-                        let along = runs_along(upper, lower).filter(|place| !joins(network, place));
-                        found.extend(along.map(|place| ([upper.place(), lower.place()], place)));
-                    }
+                    Some(crossing) => add(crossing),
+                    None => runs_along(upper, lower).filter(|place| !joins(network, place)).for_each(add),
                 }
             });
         }
-        found
+        (found, (count > most).then_some((road, [count, most])))
     };
-    let mut found: Vec<_> =
-        (0..network.roads.len()).into_par_iter().in_small_parts().flat_map_iter(crossings_of).collect();
+    let of_roads: Vec<_> = (0..network.roads.len()).into_par_iter().in_small_parts().map(crossings_of).collect();
+    let too_many = of_roads.iter().filter_map(|(_, too_many)| *too_many).collect();
+    let mut found: Vec<_> = of_roads.into_iter().flat_map(|(found, _)| found).collect();
     let order = |[upper, lower]: [(usize, usize); 2]| ([upper.0, lower.0], [upper.1, lower.1]);
     found.sort_unstable_by(|(a, first), (b, second)| {
         order(*a).cmp(&order(*b)).then(first.upper.1.total_cmp(&second.upper.1))
     });
     found.dedup_by_key(|(places, crossing)| (*places, crossing.upper.1.to_bits()));
-    found.into_iter().map(|(_, crossing)| crossing).collect()
+    Overpasses { places: found.into_iter().map(|(_, crossing)| crossing).collect(), too_many }
 }
 
 /// The upper and the lower one of a piece and one off the ground. Of two pieces off the ground only the upper one finds the pair.

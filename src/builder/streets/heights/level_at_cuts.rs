@@ -32,7 +32,7 @@ pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &Hei
     let roads = network.roads.par_iter().in_small_parts().zip(kept).zip(&before);
     let sampled: Vec<SampledHeights> =
         roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
-    let crossings = overpasses(network, kept);
+    let crossings = overpasses(network, kept).places;
     let mut graph = HeightGraph::new(network, &sampled, &crossings, options.storey);
     graph.reduce_clearances();
     graph.tie(EndTies { kept, climb: &climb, least: LEAST });

@@ -25,7 +25,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::InSmallParts;
 
-use crossings::{Overpass, overpasses};
+use crossings::{Overpass, Overpasses, overpasses};
 use grade_limit::{HeightGraph, SampledHeights};
 use options::{ROUNDED_SAMPLES, SAMPLE_STEP, TOLERANCE};
 use ramps::Ramp;
@@ -59,7 +59,7 @@ pub fn with_heights(
         return (network, Vec::new());
     }
     let bases = terrain_profile::terrain_profiles(&network, options);
-    let crossings = overpasses(&network, kept);
+    let Overpasses { places: crossings, too_many } = overpasses(&network, kept);
     let ramps = ramps::ramps(&network, kept, &bases, &crossings, options);
     let roads = network.roads.par_iter().in_small_parts().zip(kept).zip(bases.par_iter().in_small_parts().zip(&ramps));
     let sample = |((road, kept), (base, ramp)): ((&Road, &Stations), _)| sampled(road, *kept, base, ramp, options);
@@ -74,6 +74,7 @@ pub fn with_heights(
     });
     let mut findings: Vec<Finding> = laid.flatten_iter().collect();
     findings.extend(short_clearances(&network, &crossings, options.storey));
+    findings.extend(too_many.into_iter().map(|(road, counts)| too_many_crossings(&network.roads[road], counts)));
     (network, findings)
 }
 
@@ -186,6 +187,17 @@ fn short_clearances(network: &RoadNetwork, crossings: &[Overpass], storey: f64) 
         }
     }
     worst.into_iter().map(|(crossing, (room, wanted))| short_clearance(network, crossing, room, wanted)).collect()
+}
+
+fn too_many_crossings(road: &Road, [count, most]: [usize; 2]) -> Finding {
+    let message = format!(
+        "way {} lies over or under other ways at {count} places: too many; at the first {most} there is room between them; remove \
+         what is drawn twice, or build a smaller part",
+        road.key.way
+    );
+    Finding::new("too-many-overpasses", Subject::Way(road.key.way), message)
+        .at(Place::Line(road.line.points().to_vec()))
+        .graded(Severity::Warning)
 }
 
 fn short_clearance(network: &RoadNetwork, crossing: &Overpass, room: f64, wanted: f64) -> Finding {
