@@ -279,12 +279,22 @@ pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
     }
 }
 
+/// More rings than this are not made one before they are taken off another.
+const MOST_AT_ONCE: usize = 8;
+
 /// The largest piece of `ring` that none of `others` covers, clockwise, not closed; `None` if nothing is left.
 pub fn outside(ring: &[Point], others: &[Vec<Point>]) -> Option<Vec<Point>> {
     if is_flat(ring) {
         return None;
     }
-    clockwise(largest(to_geo(ring).difference(&ground(others)))?)
+    // The union of dozens of rings whose edges nearly lie on each other takes i_overlay 4.5.2 seconds: those are taken off one by one.
+    let rest = if others.len() <= MOST_AT_ONCE {
+        to_geo(ring).difference(&ground(others))
+    } else {
+        let others = counter_clockwise(others);
+        others.iter().fold(MultiPolygon::from(to_geo(ring)), |rest, other| rest.difference(other))
+    };
+    clockwise(largest(rest)?)
 }
 
 /// The outer ring of the largest piece.

@@ -62,6 +62,9 @@ pub fn resolve_overlaps(network: &RoadNetwork, outlines: &mut Outlines) -> Vec<F
     left.collect()
 }
 
+/// So many others at most are left out of the corners of an intersection; what still overlaps is told.
+const MOST_IN_CORNERS: usize = 60;
+
 /// Leaves out of the corners of each intersection what the others of its pairs cover, or some of them where a cut lies on one.
 fn clear_corners(network: &RoadNetwork, outlines: &mut Outlines, pairs: &[[Owner; 2]]) {
     let mut others: BTreeMap<usize, Vec<Owner>> = BTreeMap::new();
@@ -73,8 +76,11 @@ fn clear_corners(network: &RoadNetwork, outlines: &mut Outlines, pairs: &[[Owner
         }
     }
     for (i, others) in others {
-        let rings =
-            others.into_iter().filter_map(|other| ground(network, outlines, other)?.ring().map(Cow::into_owned));
+        // A crossing of streets overlaps a few others.
+        let rings = others
+            .into_iter()
+            .take(MOST_IN_CORNERS)
+            .filter_map(|other| ground(network, outlines, other)?.ring().map(Cow::into_owned));
         let rings: Vec<Vec<Point>> = rings.collect();
         let outline = &mut outlines.intersections[i];
         if let Some(clear) = outline.without(&rings) {
