@@ -25,8 +25,8 @@ const MOST: f64 = 2_000.0;
 const MOST_ABOVE_EACH_OTHER: f64 = 4.0 * MOST;
 
 /// Ends of segments that meet two others or more at their node, on a square at most: a crossing of two streets has two, a side street
-/// one. Of the same extracts the densest square has 12 such nodes.
-const MOST_MEETING: usize = 60;
+/// one. Of the same extracts the densest square has 24.
+const MOST_MEETING: usize = 40;
 
 /// The least that a segment counts, metres: many short ones are as much work as a long one.
 const LEAST: f64 = 2.0;
@@ -296,7 +296,7 @@ mod tests {
         let crowded = built(9, 10);
         let [note] = told(&crowded)[..] else { panic!("one finding: {:?}", told(&crowded)) };
         assert!(
-            note.message.contains("ends of ways that meet others, and 60 are built; left out there: way 5"),
+            note.message.contains("ends of ways that meet others, and 40 are built; left out there: way 5"),
             "{}",
             note.message
         );
