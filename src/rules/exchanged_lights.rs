@@ -64,20 +64,33 @@ const AT_END: f64 = 5.0;
 /// From left to right across a lanelet as its driver comes to a stop line: the end at which the line lies; where it lies at none, but crosses the
 /// lanelet, there, since a long one may turn far behind it; else the end that is nearer.
 pub fn edge_at(map: &MapIndex, seen: &Seen, line: [Spot; 2]) -> Option<Vector3<f64>> {
-    let middle = nalgebra::center(&line[0], &line[1]);
-    let far = |[a, b]: &[&PlacedPoint; 2]| (nalgebra::center(&spot(a), &spot(b)) - middle).norm();
+    edge_of_line(map, seen, line).or_else(|| {
+        let [a, b] = nearer_end(seen, line)?;
+        Some(spot(b) - spot(a))
+    })
+}
+
+/// How far the middle of a line is from the middle of an edge, metres.
+fn far([a, b]: &[&PlacedPoint; 2], line: [Spot; 2]) -> f64 {
+    (nalgebra::center(&spot(a), &spot(b)) - nalgebra::center(&line[0], &line[1])).norm()
+}
+
+fn nearer_end<'m>(seen: &Seen<'m>, line: [Spot; 2]) -> Option<[&'m PlacedPoint; 2]> {
     let [start, end] = seen.ends()?;
-    let [a, b] = if far(&end) < far(&start) { end } else { start };
-    let edge = spot(b) - spot(a);
-    if far(&[a, b]) <= AT_END {
-        return Some(edge);
+    Some(if far(&end, line) < far(&start, line) { end } else { start })
+}
+
+/// As [`edge_at`]; `None` where the line lies at no end and does not cross the lanelet.
+fn edge_of_line(map: &MapIndex, seen: &Seen, line: [Spot; 2]) -> Option<Vector3<f64>> {
+    let [a, b] = nearer_end(seen, line)?;
+    if far(&[a, b], line) <= AT_END {
+        return Some(spot(b) - spot(a));
     }
     let [from, to] = line.map(|spot| Point::new(spot.x, spot.y));
     let center = map.lane_of(seen.id()).and_then(|lane| lane.center.as_ref());
     let mut steps = center.into_iter().flat_map(Polyline::segments);
     let crossed = steps.find(|&(c, d)| segment_crossing(from, to, c, d).is_some());
-    let across = crossed.map(|(c, d)| Vector3::new(d.y - c.y, c.x - d.x, 0.0));
-    Some(across.unwrap_or(edge))
+    crossed.map(|(c, d)| Vector3::new(d.y - c.y, c.x - d.x, 0.0))
 }
 
 /// An element with where it is obeyed and where its lights look.
@@ -104,7 +117,12 @@ impl<'m> Light<'m> {
         let middle = nalgebra::center(&flat(spot(line.first()?)), &flat(spot(line.last()?)));
         let seen = view.referrers(element.id).iter().map(|&at| &view.lanelets[at]);
         let ends = [spot(line.first()?), spot(line.last()?)];
-        let edge = seen.clone().find_map(|seen| edge_at(map, seen, ends))?.xy();
+        // The line of another approach lies at none of them: who obeys the light comes to their starts.
+        let starts = || {
+            let [[a, b], _] = seen.clone().find_map(Seen::ends)?;
+            Some(spot(b) - spot(a))
+        };
+        let edge = seen.clone().find_map(|seen| edge_of_line(map, seen, ends)).or_else(starts)?.xy();
         let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
         let bodies = bodies.filter_map(|body| {
             let points = view.points(body);
