@@ -214,11 +214,14 @@ pub fn is_simple(ring: &[Point]) -> bool {
     faults(ring, 0.0, 1).is_empty()
 }
 
-/// Whether edges of a ring cross, each with its ends on both sides of the other. A ring that only touches itself does not.
+/// Whether edges of a ring cross, each with its ends on both sides of the other. A ring that only touches itself does not. Of one that
+/// touches itself at more than four times as many places as it has edges, those are looked at.
 pub fn crosses_itself(ring: &[Point]) -> bool {
+    const FOR_EACH_EDGE: usize = 4;
+    const ANYWAY: usize = 1_000;
     let mut places = ring.to_vec();
     places.dedup();
-    faults(&places, 0.0, usize::MAX).iter().any(|fault| {
+    faults(&places, 0.0, ANYWAY + FOR_EACH_EDGE * places.len()).iter().any(|fault| {
         let RingFault::Crossing(i, j, _) = *fault else { return false };
         let [a, b, c, d] = [i, i + 1, j, j + 1].map(|at| places[at % places.len()]);
         orientation(a, b, c) * orientation(a, b, d) < 0.0 && orientation(c, d, a) * orientation(c, d, b) < 0.0

@@ -77,9 +77,14 @@ pub fn span_of(map: &LaneletMap, subject: Subject) -> Option<SourceSpan> {
     }
 }
 
+/// Of longer lines every second, third … point is looked at: a rule may speak of each of them.
+const MOST_POINTS: usize = 1_000;
+
 /// The points that a primitive is made of; those of its lines and lanelets for a regulatory element.
 fn points_of(map: &LaneletMap, subject: Subject) -> Vec<&Point> {
-    let all = |ids: &[PointId]| -> Vec<&Point> { map.points.get_each(ids.iter().copied()).collect() };
+    let all = |ids: &[PointId]| -> Vec<&Point> {
+        map.points.get_each(ids.iter().copied().step_by(ids.len() / MOST_POINTS + 1)).collect()
+    };
     let line = |id: LineStringId| map.linestrings.get(id).map_or(Vec::new(), |line| all(&line.points));
     let lanelet = |id: LaneletId| {
         let bounds = map.lanelets.get(id).map(|lanelet| [lanelet.left, lanelet.right]);

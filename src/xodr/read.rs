@@ -42,8 +42,8 @@ pub fn read(text: &str) -> Result<OpenDrive, XodrError> {
 
 /// The largest number that has a meaning: metres across the earth.
 const LARGEST: f64 = 1e9;
-/// The most that one record of a reference line turns, radians: a ramp of a hundred turns.
-const MOST_TURN: f64 = 200.0 * std::f64::consts::PI;
+/// The most that one record of a reference line turns, radians: a ramp of thirty turns.
+const MOST_TURN: f64 = 60.0 * std::f64::consts::PI;
 
 struct Reading<'a> {
     document: &'a Document,
@@ -230,7 +230,7 @@ impl Reading<'_> {
         };
         let winds = curvature * length > MOST_TURN;
         if winds {
-            self.odd(ix, "a <geometry> winds more than a hundred times: it is taken for a line".to_owned());
+            self.odd(ix, "a <geometry> winds more than thirty times: it is taken for a line".to_owned());
         }
         let shape = if winds { Shape::Line } else { shape };
         PlanRecord { start, origin: Point::new(x, y), heading, length, shape }

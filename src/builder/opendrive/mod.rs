@@ -12,6 +12,7 @@ mod lights;
 mod lines;
 mod marks;
 mod nodes;
+mod places;
 mod plane;
 mod ranks;
 mod runs;
@@ -62,7 +63,10 @@ pub fn assemble_opendrive(
     let kind = |junction: &str| file.junctions.iter().find(|it| it.id == junction).map(|it| it.kind);
     let of_junction = file.roads.iter().map(|road| road.junction.as_ref().and_then(|junction| kind(junction)));
     let connecting: Vec<bool> = of_junction.map(|kind| kind == Some(JunctionKind::Common)).collect();
-    let drawable = |index: usize| !file.roads[index].plan.is_empty() && file.roads[index].length > 0.0;
+    let mut too_many = Vec::new();
+    let with_room = places::roads_with_room(file, &mut too_many);
+    let drawable =
+        |index: usize| with_room[index] && !file.roads[index].plan.is_empty() && file.roads[index].length > 0.0;
     let cut: Vec<CutRoad> = (0..file.roads.len())
         .map(|index| if drawable(index) { stretches::cut(file, index, connecting[index]) } else { CutRoad::default() })
         .collect();
@@ -80,6 +84,7 @@ pub fn assemble_opendrive(
     let mut drawn = lanes::draw(&mut assembly, &scene, &options.beside);
     let mut whole = Assembled { roads: file.roads.len(), ..Assembled::default() };
     whole.notes = file.oddities.iter().map(|it| note("opendrive-odd", it.line, it.message.clone())).collect();
+    whole.notes.append(&mut too_many);
     if plane.from_origin {
         let message =
             "the places are no metres of UTM: they are taken for metres from lat_0 and lon_0 of the georeference";

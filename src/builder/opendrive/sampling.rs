@@ -6,15 +6,15 @@ use super::scene::Scene;
 use super::stretches::section_at;
 
 /// The largest distance of the curve from its chord, metres: the requirement is 1 cm, of which the joints need a part.
-const CHORD: f64 = 0.004;
+pub const CHORD: f64 = 0.004;
 /// The same inside junctions, where borders of several heights lie almost on each other.
 const CHORD_INSIDE: f64 = 0.0005;
 /// The longest chord, metres.
-const LONGEST: f64 = 40.0;
+pub const LONGEST: f64 = 40.0;
 /// A border has no more places than this: a curve that needs more is damaged.
 const MOST: usize = 200_000;
 /// A piece of this length, metres, is divided no more.
-const SHORTEST: f64 = 0.02;
+pub const SHORTEST: f64 = 0.02;
 
 /// The places of the outer border of a lane, 0 for the centre lane, along a stretch, its ends included.
 pub fn border(scene: &Scene, stretch: usize, border: i64) -> Vec<Place> {
