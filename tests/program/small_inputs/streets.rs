@@ -28,6 +28,7 @@ pub const KINDS: &[Kind] = &[
 /// Kinds of which twice as many parts take more than two and a half times as long; these sizes are within the bounds.
 pub const STEEP: &[Kind] = &[
     Kind { name: "star", size: 100, draw: star },
+    Kind { name: "stars", size: 20, draw: stars },
     Kind { name: "comb", size: 40, draw: comb },
     Kind { name: "knot", size: 30, draw: knot },
     Kind { name: "row of crossings", size: 40, draw: row_of_crossings },
@@ -61,6 +62,19 @@ fn star(out: &mut Sketch, size: usize) {
     for i in 0..size {
         let end = out.node(around(turn(i, size), 100.0));
         out.way(&[middle, end], STREET);
+    }
+}
+
+/// Nodes 300 m apart, each with fourteen roads in all directions.
+fn stars(out: &mut Sketch, size: usize) {
+    const ROADS: usize = 14;
+    for x in (0..size).map(|i| 300.0 * i as f64) {
+        let middle = out.node((x, 0.0));
+        for i in 0..ROADS {
+            let (east, north) = around(turn(i, ROADS), 100.0);
+            let end = out.node((x + east, north));
+            out.way(&[middle, end], STREET);
+        }
     }
 }
 
