@@ -51,6 +51,7 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "copies", size: 1_500, draw: copies },
     Kind { name: "tangled areas", size: 4_000, draw: tangled_areas },
     Kind { name: "lanes in all directions", size: 500, draw: lanes_in_all_directions },
+    Kind { name: "bound through one node", size: 2_000, draw: bound_through_one_node },
 ];
 
 const THIN: &[(&str, &str)] = &[("type", "line_thin"), ("subtype", "solid")];
@@ -550,4 +551,17 @@ fn lanes_in_all_directions(out: &mut Sketch, size: usize) {
         let [left, right] = [1.5, -1.5].map(|aside| out.line(&[along(-20.0, aside), along(20.0, aside)], THIN));
         between(out, left, right, &[]);
     }
+}
+
+/// A lanelet whose left bound returns to one node again and again.
+fn bound_through_one_node(out: &mut Sketch, size: usize) {
+    let middle = out.node((0.0, 0.0));
+    let mut nodes = vec![middle];
+    for i in 0..size {
+        nodes.push(out.node(around(turn(i, size), 20.0 + (i % 7) as f64)));
+        nodes.push(middle);
+    }
+    let left = out.way(&nodes, THIN);
+    let right = out.line(&[(0.0, -3.0), (20.0, -3.0)], THIN);
+    between(out, left, right, &[]);
 }
