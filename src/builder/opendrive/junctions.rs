@@ -335,11 +335,12 @@ impl<'a> Site<'a> {
                 if !side_by_side || (a.to, a.out_lane) == (b.to, b.out_lane) {
                     continue;
                 }
-                let [a, b] =
-                    [at, other].map(|at| self.drawn.name(self.scene, self.drawn.lanes[self.members[at]].pieces[0]));
+                let pieces = [at, other].map(|at| self.drawn.lanes[self.members[at]].pieces[0]);
+                let [a, b] = pieces.map(|piece| self.drawn.name(self.scene, piece));
                 let message =
                     format!("in junction {}, {a} and {b} begin side by side and overlap farther on", junction.id);
-                made.notes.push(note("opendrive-overlap", junction.line, message).graded(Severity::Warning));
+                let told = note("opendrive-overlap", junction.line, message).graded(Severity::Warning);
+                made.notes.push(pieces.into_iter().fold(told, |told, piece| self.drawn.about(told, piece)));
             }
         }
     }

@@ -12,7 +12,6 @@ mod lights;
 mod lines;
 mod marks;
 mod nodes;
-mod places;
 mod plane;
 mod ranks;
 mod runs;
@@ -23,6 +22,7 @@ mod signal_use;
 mod signals;
 mod stop_lines;
 mod stretches;
+mod too_many_points;
 mod unlinked;
 mod wrong_ends;
 
@@ -64,7 +64,7 @@ pub fn assemble_opendrive(
     let of_junction = file.roads.iter().map(|road| road.junction.as_ref().and_then(|junction| kind(junction)));
     let connecting: Vec<bool> = of_junction.map(|kind| kind == Some(JunctionKind::Common)).collect();
     let mut too_many = Vec::new();
-    let with_room = places::roads_with_room(file, &mut too_many);
+    let with_room = too_many_points::roads_with_room(file, &mut too_many);
     let drawable =
         |index: usize| with_room[index] && !file.roads[index].plan.is_empty() && file.roads[index].length > 0.0;
     let cut: Vec<CutRoad> = (0..file.roads.len())

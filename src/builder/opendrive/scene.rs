@@ -203,11 +203,21 @@ pub struct Drawn {
 
 impl Drawn {
     /// A lane as the file names it, with its lanelets, by which `check` speaks of it.
-    pub fn name(&self, scene: &Scene, Piece { stretch, lane }: Piece) -> String {
-        let along = self.on(stretch).filter(|(_, it)| it.piece_on(stretch).is_some_and(|piece| piece.lane == lane));
-        let ids: Vec<String> = along.map(|(_, it)| it.lanelet.0.to_string()).collect();
+    pub fn name(&self, scene: &Scene, piece: Piece) -> String {
+        let ids: Vec<String> = self.lanelets(piece).map(|id| id.0.to_string()).collect();
         let lanelets = if ids.len() == 1 { "lanelet" } else { "lanelets" };
-        format!("lane {lane} of road {} ({lanelets} {})", scene.road(stretch).id, ids.join(", "))
+        format!("lane {} of road {} ({lanelets} {})", piece.lane, scene.road(piece.stretch).id, ids.join(", "))
+    }
+
+    /// A finding that is also about the lanelets of a lane.
+    pub fn about(&self, finding: Finding, piece: Piece) -> Finding {
+        self.lanelets(piece).fold(finding, |finding, id| finding.with(Subject::Lanelet(id.0), "lane"))
+    }
+
+    fn lanelets(&self, Piece { stretch, lane }: Piece) -> impl Iterator<Item = LaneletId> {
+        let along =
+            self.on(stretch).filter(move |(_, it)| it.piece_on(stretch).is_some_and(|piece| piece.lane == lane));
+        along.map(|(_, it)| it.lanelet)
     }
 
     /// Where all lanelets stand in the file, in order of their ids.

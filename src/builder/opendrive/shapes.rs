@@ -26,7 +26,8 @@ pub fn notes(scene: &Scene, drawn: &Drawn) -> Vec<Finding> {
     let told = pieces.into_iter().filter_map(|piece| Some((piece, odd_shape(scene, piece)?)));
     told.map(|(piece, shape)| {
         let message = format!("{} {shape}; it is built as it is", drawn.name(scene, piece));
-        note("opendrive-shape", scene.road(piece.stretch).line, message).graded(Severity::Warning)
+        let told = note("opendrive-shape", scene.road(piece.stretch).line, message).graded(Severity::Warning);
+        drawn.about(told, piece)
     })
     .collect()
 }

@@ -212,7 +212,8 @@ fn clear_of_strip(road: &Road, kept: &[usize], station: f64) -> f64 {
     }
     let steps =
         (1..=(FARTHEST_CUT / MICRO) as usize).flat_map(|step| [1.0, -1.0].map(|side| side * step as f64 * MICRO));
-    let around = steps.map(|step| station + step).filter(|at| *at > section.span[0] && *at < section.span[1]);
+    let around =
+        steps.map(|step| station + step).filter(|at| *at > section.span[0] + MICRO && *at < section.span[1] - MICRO);
     around.into_iter().find(|at| strip(*at) >= STRIP).unwrap_or(station)
 }
 

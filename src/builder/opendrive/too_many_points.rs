@@ -9,7 +9,7 @@ use super::scene::note;
 
 /// So many points are built of any file, ...
 const MOST: f64 = 600_000.0;
-/// ... and so many more for each record of its roads. A survey of a real town needs three for each.
+/// ... and so many more for each record of its roads. Files of real towns need 3 to 6 for each, one of a motorway 20.
 const FOR_EACH_RECORD: f64 = 40.0;
 
 /// Whether each road is built: the first of the file are, as many as have room. A note tells of the others.
