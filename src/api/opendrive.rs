@@ -27,6 +27,11 @@ const MOST_POINTS: usize = 50_000;
 /// ... a larger one if its lanelets have no more than this on the average: those of towns have 34 to 87, of a motorway 200.
 const MOST_OF_LANELET: usize = 1_000;
 
+/// A map is judged if no more than so many pairs of lanelets lie within each other's boxes, ...
+const MOST_PAIRS: usize = 400_000;
+/// ... a larger one if these are no more than so many for each lanelet.
+const MOST_PAIRS_OF_LANELET: usize = 100;
+
 /// Bytes of a file by which its format is told.
 const HEAD: u64 = 1 << 16;
 
@@ -95,12 +100,17 @@ impl BuiltMap {
 /// A note for each error that `check` finds at lanes whose own shapes or links break a requirement, unless another note names them.
 fn untold_errors(built: &Built) -> Result<Vec<Finding>, Error> {
     let (points, lanelets) = (built.map.points.len(), built.map.lanelets.len());
+    let unjudged = |what: String| {
+        let message = format!("{what} are not held against the rules here: `check` does it");
+        vec![opendrive_note("opendrive-error", 1, message).graded(Severity::Warning)]
+    };
     if points > MOST_POINTS.max(MOST_OF_LANELET * lanelets) {
-        let message =
-            format!("{points} points on {lanelets} lanelets are not held against the rules here: `check` does it");
-        return Ok(vec![opendrive_note("opendrive-error", 1, message).graded(Severity::Warning)]);
+        return Ok(unjudged(format!("{points} points on {lanelets} lanelets")));
     }
     let index = MapIndex::new(&built.map, &[], &built.settings);
+    if crowded(&index) {
+        return Ok(unjudged(format!("{lanelets} lanelets, of which each lies over a hundred others,")));
+    }
     let found = rules::run(&index, &Config::from(&built.settings))
         .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
     let in_file = |subject: Subject| {
@@ -131,6 +141,16 @@ fn untold_errors(built: &Built) -> Result<Vec<Finding>, Error> {
         told.push(opendrive_note("opendrive-error", first.line, message).graded(Severity::Warning));
     }
     Ok(told)
+}
+
+/// Whether so many lanelets lie at one place that to hold all of them against each other would take minutes.
+fn crowded(index: &MapIndex) -> bool {
+    let most = MOST_PAIRS.max(MOST_PAIRS_OF_LANELET * index.lanes.len());
+    let mut pairs = 0;
+    index.lanes.iter().any(|lane| {
+        pairs += index.lanes_near(lane.extent[0], lane.extent[1]).len();
+        pairs > most
+    })
 }
 
 fn unread(error: XodrError, name: &str, text: &str) -> Failure {

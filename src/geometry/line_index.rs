@@ -2,6 +2,7 @@
 
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{PointDistance, RTree};
+use rustc_hash::FxHashSet;
 
 use super::polyline::distance_to_segment;
 use super::{Point, Polyline};
@@ -15,7 +16,10 @@ pub struct LineIndex<'a> {
 impl<'a> LineIndex<'a> {
     /// The index of a line.
     pub fn new(line: &'a Polyline) -> Self {
-        let segments = line.segments().enumerate();
+        // A line that runs to and fro between the same points has many segments at one place: one of them is enough.
+        let mut seen = FxHashSet::default();
+        let bits = |p: Point| [p.x.to_bits(), p.y.to_bits()];
+        let segments = line.segments().enumerate().filter(|(_, (a, b))| seen.insert([bits(*a), bits(*b)]));
         let segments = segments.map(|(at, (a, b))| GeomWithData::new(Line::new([a.x, a.y], [b.x, b.y]), at));
         Self { line, tree: RTree::bulk_load(segments.collect()) }
     }

@@ -187,6 +187,14 @@ pub enum Condition {
         /// The way of the right bound, and whether it is turned around.
         right: (i64, bool),
     },
+    /// Lanelet, the first of several: the bounds of the lanelets have so many points together, each as often as a lanelet uses it, that
+    /// those behind it are not looked at.
+    BoundsTooLong {
+        /// How many lanelets are not looked at.
+        lanelets: usize,
+        /// How many points are.
+        most: usize,
+    },
     /// Lanelet: both ways run against the direction of travel that the roles give. Usual in maps drawn by hand; only a
     /// hint that the roles may be exchanged.
     BothBoundsTurned {

@@ -15,6 +15,7 @@ pub mod lane_change;
 pub mod locate;
 pub mod number;
 mod open;
+mod other_heights;
 pub mod participants;
 pub mod placed;
 mod point;
@@ -36,6 +37,7 @@ pub use open::{
     OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, locate_files, open, open_bytes,
     projector_for, read_elements,
 };
+pub use other_heights::heights_by_other_names;
 pub use point::Point;
 pub use primitive_layer::Primitive;
 pub use primitive_layer::{Cursor, PrimitiveLayer};

@@ -6,7 +6,7 @@ mod table;
 
 use std::sync::LazyLock;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Attributes;
 use crate::text::misspelt;
@@ -51,6 +51,11 @@ pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
         None if is_number(key) => index.words.key.iter().find(|one| one.name == "ID")?,
         None => return index.key(on, tags, key).map(Slip::Key),
     };
+    // A bound that is a polygon by mistake keeps the keys of a line; that it is none is told elsewhere.
+    let is_line = on == On::Polygon && known.on.contains(&On::LineString);
+    if known.own && !known.on.contains(&on) && !is_line {
+        return Some(Slip::Elsewhere(&known.on));
+    }
     if value.is_empty() {
         return None;
     }
@@ -59,6 +64,15 @@ pub fn slip(on: On, tags: &Attributes, key: &str, value: &str) -> Option<Slip> {
         "subtype" => index.words.subtype(on, tags.get("type"), value, &index.meanings).map(Slip::Value),
         _ => known.value(value, &index.meanings),
     }
+}
+
+/// The keys on some primitives that nothing reads and that mean this one, as `elevation` means `ele`.
+pub fn other_names<'t>(on: On, key: &str, all: impl Iterator<Item = &'t Attributes>) -> FxHashSet<&'t str> {
+    let keys: FxHashSet<&str> = all.flat_map(Attributes::iter).map(|(key, _)| key).collect();
+    let tags = Attributes::default();
+    keys.into_iter()
+        .filter(|said| matches!(slip(on, &tags, said, ""), Some(Slip::Key(meant)) if meant == key))
+        .collect()
 }
 
 impl Index {
@@ -178,6 +192,11 @@ mod tests {
         assert_eq!(polygon, Some(Slip::RenamedValue("obstacle_removal_area")));
         assert_eq!(lanelet("301599", "turn_signal_right"), None);
         assert_eq!(lanelet("301599", "turn_singal_right"), Some(Slip::Value("turn_signal_right")));
+        let line = |key, value| slip_of(On::LineString, &[(key, value)], key);
+        assert_eq!(line("turn_direction", "left"), Some(Slip::Elsewhere(&[On::Lanelet])));
+        assert_eq!(line("participant:vehicle", "no"), Some(Slip::Elsewhere(&[On::Lanelet, On::Area])));
+        assert_eq!(lanelet("lane_change", "yes"), Some(Slip::Elsewhere(&[On::LineString])));
+        assert_eq!(lanelet("width", "3.5"), None);
         for foreign in ["oneway", "highway", "junction_id", "2237", "anything"] {
             assert_eq!(lanelet(foreign, "yes"), None, "{foreign}");
         }

@@ -1,28 +1,58 @@
 //! ids: every element has a number of its own that Autoware can read.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, ElementKind, LoadFault, PolygonId, Repeat};
 
-use super::NoParams;
 use super::load::{name, with_shared_ids};
+use super::{NoParams, crowd};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let twice = with_shared_ids(map);
-    let faults = map.faults.iter();
-    faults.filter_map(|fault| Some(finding(map, fault, &twice)?.standing_at(fault.span.clone()))).collect()
+    // JOSM numbers all that is new below 0: of hundreds of one kind one finding says so.
+    let mut not_positive: BTreeMap<ElementKind, Vec<&LoadFault>> = BTreeMap::new();
+    let mut findings = Vec::new();
+    for fault in map.faults.iter().filter(|fault| !is_area(map, fault.subject)) {
+        match kind_of(fault.subject).filter(|_| fault.condition == Condition::IdNotPositive) {
+            Some(kind) => not_positive.entry(kind).or_default().push(fault),
+            None => findings.extend(finding(fault, &twice).map(|it| it.standing_at(fault.span.clone()))),
+        }
+    }
+    for (kind, faults) in not_positive {
+        let (Some(first), count) = (faults.first(), faults.len()) else { continue };
+        if count > crowd::MOST {
+            let message = format!("{count} {kind}s have ids that are not positive; {} is the first.", first.subject);
+            let subjects: Vec<Subject> = faults.iter().map(|fault| fault.subject).collect();
+            findings.push(renumbered(&twice, Finding::new("range", first.subject, message), &subjects));
+            continue;
+        }
+        findings
+            .extend(faults.iter().filter_map(|fault| Some(finding(fault, &twice)?.standing_at(fault.span.clone()))));
+    }
+    findings
 }
 
-fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
-    let subject = fault.subject;
-    // vm-03-01 speaks of their ids.
-    let area = match subject {
-        Subject::Polygon(id) => map.map.polygons.get(PolygonId(id)),
+const fn kind_of(subject: Subject) -> Option<ElementKind> {
+    match subject {
+        Subject::Point(_) | Subject::Node(_) => Some(ElementKind::Node),
+        Subject::LineString(_) | Subject::Polygon(_) | Subject::Way(_) => Some(ElementKind::Way),
+        Subject::Lanelet(_) | Subject::RegulatoryElement(_) | Subject::Relation(_) => Some(ElementKind::Relation),
         _ => None,
-    };
-    let area = area.is_some_and(|area| area.attributes.is("type", "intersection_area"));
+    }
+}
+
+/// Whether it is an intersection area, of the id of which vm-03-01 speaks.
+fn is_area(map: &MapIndex, subject: Subject) -> bool {
+    let Subject::Polygon(id) = subject else { return false };
+    map.map.polygons.get(PolygonId(id)).is_some_and(|area| area.attributes.is("type", "intersection_area"))
+}
+
+fn finding(fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
+    let subject = fault.subject;
     let about = name(subject);
     Some(match &fault.condition {
         Condition::DuplicateId { kind, spans, repeat } => duplicate(subject, *kind, spans.len(), repeat),
@@ -31,25 +61,28 @@ fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Opt
             let message = format!("{about} has the id of a {} too.", kinds.join(" and of a "));
             Finding::new("reused", subject, message)
         }
-        Condition::IdNotPositive | Condition::PolygonIdTooLarge if area => return None,
         Condition::IdNotPositive => {
-            renumbered(twice, Finding::new("range", subject, format!("{about} has an id that is not positive.")))
+            let message = format!("{about} has an id that is not positive.");
+            renumbered(twice, Finding::new("range", subject, message), &[subject])
         }
         Condition::PolygonIdTooLarge => {
-            renumbered(twice, Finding::new("range", subject, format!("{about} has an id above {}.", i32::MAX)))
+            let message = format!("{about} has an id above {}.", i32::MAX);
+            renumbered(twice, Finding::new("range", subject, message), &[subject])
         }
         _ => return None,
     })
 }
 
-/// Adds the fix that gives a new id, here and in all references. The library loads such ids, and other files may know the old ones.
-fn renumbered(twice: &FxHashSet<Subject>, finding: Finding) -> Finding {
-    let on = finding.subject;
-    if twice.contains(&on) {
-        return finding;
-    }
-    let edits = vec![Edit::Renumber { on, nth: 0, referrers: None }];
-    finding.fixed_by("give it an id that is free, here and in all references", false, edits)
+/// Adds the fix that gives new ids, here and in all references. The library loads such ids, and other files may know the old ones.
+fn renumbered(twice: &FxHashSet<Subject>, finding: Finding, all: &[Subject]) -> Finding {
+    let all = all.iter().filter(|on| !twice.contains(on));
+    let edits: Vec<Edit> = all.map(|&on| Edit::Renumber { on, nth: 0, referrers: None }).collect();
+    let title = match edits.len() {
+        0 => return finding,
+        1 => "give it an id that is free, here and in all references".to_owned(),
+        count => format!("give {count} of them ids that are free, here and in all references"),
+    };
+    finding.fixed_by(title, false, edits)
 }
 
 fn duplicate(subject: Subject, kind: ElementKind, count: usize, repeat: &Repeat) -> Finding {

@@ -1,5 +1,6 @@
 //! load: what Autoware's loader rejects or changes.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject, nearest};
@@ -11,7 +12,9 @@ use crate::lanelet::{
 
 use super::NoParams;
 use super::lost_members::LostMembers;
-use crate::text::misspelt;
+use crate::lanelet::placed::aligned_once;
+use crate::parallel::InSmallParts;
+use crate::text::{counted, misspelt};
 
 /// What the loader makes something of.
 const RELATION_TYPES: [&str; 3] = ["lanelet", "multipolygon", "regulatory_element"];
@@ -32,7 +35,7 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let edits = vec![Edit::Remove { subject: fault.subject }];
         Some(finding.fixed_by("remove the element, which says nothing", true, edits))
     });
-    findings.chain(reversed(map)).collect()
+    findings.chain(reversed(map)).chain(turned_by_heights(map)).collect()
 }
 
 /// Lanelets that run against the point order of both bounds. Many valid maps have some, so there is one finding for all of
@@ -174,6 +177,14 @@ fn bounds(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let message = format!("{about} is left out: its {role} {way} did not load.");
             found("skipped", message).with(Subject::Way(*way), role.as_str())
         }
+        Condition::BoundsTooLong { lanelets, most } => {
+            let lanelets = counted(*lanelets, "lanelet");
+            let message = format!(
+                "The bounds of the lanelets before {subject} have {most} points together, each as often as a lanelet uses it: \
+                 {lanelets} from there on are not judged. Divide long lines where lanelets begin and end."
+            );
+            found("skipped", message).graded(Severity::Error)
+        }
         Condition::BoundsOpposed { left, right } => opposed(map, subject, *left, *right),
         _ => return None,
     })
@@ -267,6 +278,30 @@ fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, boo
     let line = map.map.linestrings.get(LineStringId(turned)).map(|line| &line.points);
     let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
     finding.at(Place::Line(points.map(|point| point.position).collect()))
+}
+
+/// Lanelets of which Lanelet2 turns a bound around because of the heights alone: it measures in space which piece of a bound lies nearest
+/// to the other one's middle.
+fn turned_by_heights(map: &MapIndex) -> Vec<Finding> {
+    /// Bounds that differ by less than this in height, metres, are aligned as in the plane.
+    const STEEP: f64 = 2.0;
+    let lanelets = map.map.lanelets.as_slice().par_iter().in_small_parts();
+    let turned = lanelets.filter_map(|lanelet| {
+        let points = [lanelet.left, lanelet.right].into_iter().flat_map(|bound| map.map.bound_points(bound));
+        let heights = points.map(|point| point.ele().unwrap_or(0.0));
+        let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
+        let own = [lanelet.left, lanelet.right];
+        let in_space = (high - low > STEEP).then(|| aligned_once(map.map, lanelet))?;
+        let (turned, _) = in_space.into_iter().zip(own).find(|(space, plane)| space.inverted != plane.inverted)?;
+        let message = format!(
+            "The loader turns bound {} of {} around because of its heights, {low:.1} to {high:.1} m.",
+            turned.line,
+            Subject::Lanelet(lanelet.id.0)
+        );
+        let finding = Finding::new("align-heights", Subject::Lanelet(lanelet.id.0), message);
+        Some(finding.with(Subject::LineString(turned.line.0), "bound"))
+    });
+    turned.collect()
 }
 
 /// Adds the fix that sets the tag of a relation which its members imply.

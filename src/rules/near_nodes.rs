@@ -6,7 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::PointId;
-use crate::lanelet::index::{MapIndex, UnionFind};
+use crate::lanelet::index::{Lane, MapIndex, UnionFind};
 
 use super::crowd;
 
@@ -119,4 +119,9 @@ impl NodeClusters {
         let names: Vec<String> = from.iter().map(ToString::to_string).collect();
         finding.fixed_by(format!("use node {to} instead of {}", names.join(", ")), true, edits)
     }
+}
+/// The nodes at which the border of a lanelet begins and ends, the lower id first: were they one, the lanelet would be gone.
+pub fn ends_of_borders(map: &MapIndex) -> FxHashSet<[PointId; 2]> {
+    let sides = |lane: &Lane| [0, 1].map(|side| [lane.start.ids[side], lane.end.ids[side]]);
+    map.lanes.iter().flat_map(sides).map(|[a, b]| [a.min(b), a.max(b)]).collect()
 }

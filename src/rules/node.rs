@@ -10,8 +10,9 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::leading_number;
-use crate::lanelet::{Condition, LoadFault, Point, PointId};
+use crate::lanelet::{Condition, LoadFault, Point, PointId, heights_by_other_names};
 
+use super::crowd;
 use super::load::name;
 
 #[derive(Clone, Debug, Deserialize)]
@@ -25,7 +26,10 @@ pub struct Params {
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let heights = neighbouring_heights(map);
     let is_known = !map.faults.iter().any(LoadFault::leaves_projector_open);
-    let faults = map.faults.iter();
+    let without: Vec<&LoadFault> = map.faults.iter().filter(|it| it.condition == Condition::NoElevation).collect();
+    // Of hundreds one finding tells, so that all get their heights at once: with half of them at 0, lanelets would stand on edge.
+    let is_told_once = without.len() > crowd::MOST;
+    let faults = map.faults.iter().filter(|it| !is_told_once || it.condition != Condition::NoElevation);
     let mut findings: Vec<Finding> = faults
         .filter_map(|fault| {
             let mut finding = finding(map, params, fault, &heights)?.standing_at(fault.span.clone());
@@ -35,8 +39,31 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             Some(finding)
         })
         .collect();
+    findings
+        .extend(without.first().filter(|_| is_told_once).map(|first| without_heights(map, first, &without, &heights)));
     findings.extend(steps(map, params));
     findings
+}
+
+/// The finding that many points have no height.
+fn without_heights(
+    map: &MapIndex,
+    first: &LoadFault,
+    without: &[&LoadFault],
+    heights: &BTreeMap<PointId, Guess>,
+) -> Finding {
+    let (count, all) = (without.len(), map.map.points.len());
+    let message = format!("{count} of {all} points have no ele; {} is the first.", first.subject);
+    let finding = Finding::new("no-ele", first.subject, message).standing_at(first.span.clone());
+    let edits: Vec<Edit> = without.iter().filter_map(|fault| Some(height_set(fault.subject, heights)?.0)).collect();
+    match edits.len() {
+        0 => finding,
+        edited => finding.fixed_by(
+            format!("set ele of {edited} points: as another key of theirs, their neighbours or the nearest points say"),
+            false,
+            edits,
+        ),
+    }
 }
 
 /// A height for a point that has none.
@@ -171,12 +198,19 @@ fn left_out(map: &MapIndex, nodes: usize) -> Finding {
 
 /// Adds the fix that sets a point's height (m) from its neighbours.
 fn with_height(heights: &BTreeMap<PointId, Guess>, finding: Finding) -> Finding {
-    let on = finding.subject;
-    let height = on.id().filter(|_| matches!(on, Subject::Point(_))).and_then(|id| heights.get(&PointId(id)));
-    let Some(Guess { height, reason }) = height else { return finding };
-    let value = format!("{height:.3}");
-    let edits = vec![Edit::SetTag { on, key: "ele".into(), value: value.as_str().into() }];
-    finding.fixed_by(format!("set ele={value}, {reason}"), false, edits)
+    match height_set(finding.subject, heights) {
+        Some((edit, Guess { height, reason })) => {
+            finding.fixed_by(format!("set ele={height:.3}, {reason}"), false, vec![edit])
+        }
+        None => finding,
+    }
+}
+
+/// The edit that sets the height of a point, and why it is that one.
+fn height_set(on: Subject, heights: &BTreeMap<PointId, Guess>) -> Option<(Edit, Guess)> {
+    let guess = on.id().filter(|_| matches!(on, Subject::Point(_))).and_then(|id| heights.get(&PointId(id)))?;
+    let value = format!("{:.3}", guess.height);
+    Some((Edit::SetTag { on, key: "ele".into(), value: value.as_str().into() }, *guess))
 }
 
 /// Adds the fix that computes the local coordinates from latitude and longitude.
@@ -197,6 +231,9 @@ fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, Guess> {
     let mut heights = BTreeMap::new();
     if wanted.is_empty() {
         return heights;
+    }
+    for (id, height) in heights_by_other_names(&map.map.points, &wanted) {
+        heights.insert(id, Guess { height, reason: "as another key of it says" });
     }
     let lines = map.map.linestrings.iter().map(|line| &line.points);
     for ids in lines.chain(map.map.polygons.iter().map(|polygon| &polygon.points)) {
@@ -227,11 +264,20 @@ fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, Guess> {
 /// For points on lines of which no point has a height, that of the nearest point that has one; 0, as it loads, where none has.
 fn fill_from_afar(map: &MapIndex, wanted: &FxHashSet<PointId>, heights: &mut BTreeMap<PointId, Guess>) {
     let finite = |point: &&Point| point.position.x.is_finite() && point.position.y.is_finite();
-    let known = map.map.points.iter().filter(finite).filter_map(|point| {
-        let height = point.ele()?;
-        Some(GeomWithData::new([point.position.x, point.position.y], height))
-    });
-    let tree = RTree::bulk_load(known.collect());
+    // Lanes lie as high as other lanes; lights and signs stand above them.
+    let on_lanes = map.map.linestrings.iter().filter(|line| !map.users_of(line.id).is_empty());
+    let on_lanes: FxHashSet<PointId> = on_lanes.flat_map(|line| line.points.iter().copied()).collect();
+    let known = |is_asked: &dyn Fn(PointId) -> bool| -> Vec<GeomWithData<[f64; 2], f64>> {
+        let points = map.map.points.iter().filter(finite).filter(|point| is_asked(point.id));
+        let known =
+            points.filter_map(|point| Some((point, point.ele().or_else(|| Some(heights.get(&point.id)?.height))?)));
+        known.map(|(point, height)| GeomWithData::new([point.position.x, point.position.y], height)).collect()
+    };
+    let mut found = known(&|id| on_lanes.contains(&id));
+    if found.is_empty() {
+        found = known(&|_| true);
+    }
+    let tree = RTree::bulk_load(found);
     let mut open: Vec<PointId> = wanted.iter().filter(|id| !heights.contains_key(id)).copied().collect();
     open.sort_unstable();
     for point in open.into_iter().filter_map(|id| map.map.points.get(id)).filter(finite) {

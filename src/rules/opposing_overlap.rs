@@ -1,7 +1,10 @@
 //! Lanes of opposite directions that overlap, wholly or in part.
 
+use rayon::prelude::*;
+
 use crate::geometry::{Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex};
+use crate::parallel::InSmallParts;
 
 use super::crowd;
 
@@ -34,23 +37,23 @@ pub fn width(lane: &Lane) -> Option<f64> {
 
 /// All pairs of a map.
 pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
-    let mut found = Vec::new();
     let headings: Vec<Option<Headings>> =
         map.lanes.iter().map(|lane| lane.center.as_ref().and_then(Headings::of)).collect();
-    for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
+    let of_lane = |at: usize| {
         let mut others: Vec<usize> = crosswise(map, at).collect();
         let conflicts = map.conflicts[at].iter().filter(|conflict| conflict.real && !conflict.grade_separated);
         others.extend(conflicts.map(|conflict| conflict.other));
         others.sort_unstable();
         others.dedup();
-        let others = others.into_iter().filter(|&other| other > at && is_plain(map, other));
         let may_oppose =
-            |other: &usize| headings[at].zip(headings[*other]).is_none_or(|(mine, theirs)| mine.may_oppose(theirs));
-        let others = others.filter(may_oppose);
+            |other: usize| headings[at].zip(headings[other]).is_none_or(|(mine, theirs)| mine.may_oppose(theirs));
+        others.retain(|&other| other > at && is_plain(map, other) && may_oppose(other));
         // Where more lie on it, vm-07-08 says so.
-        found.extend(others.filter_map(|other| judge(map, at, other)).take(crowd::MOST));
-    }
-    found
+        let found = others.into_iter().filter_map(|other| judge(map, at, other)).take(crowd::MOST);
+        found.collect::<Vec<_>>()
+    };
+    let lanes = (0..map.lanes.len()).into_par_iter().in_small_parts();
+    lanes.filter(|&at| is_plain(map, at)).flat_map_iter(of_lane).collect()
 }
 
 /// Between which directions a line runs: the one from end to end, and how far it turns away from it, radians.

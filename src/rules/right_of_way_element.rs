@@ -50,8 +50,9 @@ impl<'m> Judged<'m> {
                 let lane = movement.lane;
                 // A lanelet without turn_direction has a finding of its own; it is judged once that is mended.
                 let tagged = |lane: &usize| map.turn_direction(*lane).is_some();
-                let due: Vec<usize> =
-                    traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).filter(tagged).collect();
+                let waits = |y: &usize| !joins_first_by_element(map, traffic, *y, x);
+                let due = traffic.yields(map, x).into_iter().filter(waits).map(|y| traffic.movements[y].lane);
+                let due: Vec<usize> = due.filter(tagged).collect();
                 let is_sure = |y: &usize| traffic.of_lane(*y).is_some_and(|y| is_sure(map, traffic, x, y));
                 all.push(Self {
                     map,
@@ -251,6 +252,21 @@ impl<'m> Judged<'m> {
         }
         findings
     }
+}
+
+/// Whether an element lets the first of two movements, which turns far, ignore one that turns near into the same lane, and not the other
+/// way round, where nothing else tells who goes first: so it is on a ring that is met almost head-on, and where the main road bends.
+pub fn joins_first_by_element(map: &MapIndex, traffic: &Traffic, x: usize, y: usize) -> bool {
+    let [me, other] = [x, y].map(|at| &traffic.movements[at]);
+    let turns = (me.ranked.turn, other.ranked.turn) == (Turn::Far, Turn::Near);
+    let joins = map.lanes[me.lane].end.ids == map.lanes[other.lane].end.ids;
+    let ignores = |x: usize, y: usize| map.ignored(x).binary_search(&y).is_ok();
+    traffic.rank == Rank::Unknown
+        && turns
+        && joins
+        && traffic.relation(x, y) == Relation::InPhase
+        && ignores(me.lane, other.lane)
+        && !ignores(other.lane, me.lane)
 }
 
 /// Whether the map tells that the second of two movements waits for the first. Where nothing tells which road goes first, that is who

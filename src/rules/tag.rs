@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::vocabulary::{Form, On, Slip, roles, slip};
+use crate::lanelet::vocabulary::{self, Form, On, Slip, roles, slip};
 use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId};
 use crate::parallel::InSmallParts;
 use crate::text::{SourceSpan, Text, counted, misspelt, rearranged};
@@ -32,38 +32,46 @@ struct Tagged<'m> {
     on: On,
     subject: Subject,
     tags: &'m Attributes,
+    /// Whether lanelets have it as centre line and nothing as border: nobody reads what type it has.
+    is_centerline: bool,
+}
+
+impl<'m> Tagged<'m> {
+    const fn new(on: On, subject: Subject, tags: &'m Attributes) -> Self {
+        Self { on, subject, tags, is_centerline: false }
+    }
 }
 
 fn tags(map: &MapIndex) -> Vec<Finding> {
     let (between, bulbs) = (lines_between_lanes(map), bulbs(map));
     let all = map.map;
     let points = all.points.as_slice().par_iter().in_small_parts();
-    let points = points.map(|it| Tagged { on: On::Point, subject: Subject::Point(it.id.0), tags: it.attributes() });
+    let points = points.map(|it| Tagged::new(On::Point, Subject::Point(it.id.0), it.attributes()));
+    let centerlines: FxHashSet<LineStringId> = all.lanelets.iter().filter_map(|lanelet| lanelet.centerline).collect();
     let lines = all.linestrings.as_slice().par_iter().in_small_parts().map(|it| Tagged {
-        on: On::LineString,
-        subject: Subject::LineString(it.id.0),
-        tags: &it.attributes,
+        is_centerline: centerlines.contains(&it.id) && map.users_of(it.id).is_empty(),
+        ..Tagged::new(On::LineString, Subject::LineString(it.id.0), &it.attributes)
     });
-    let polygons = all.polygons.as_slice().par_iter().in_small_parts().map(|it| Tagged {
-        on: On::Polygon,
-        subject: Subject::Polygon(it.id.0),
-        tags: &it.attributes,
-    });
-    let lanelets = all.lanelets.as_slice().par_iter().in_small_parts().map(|it| Tagged {
-        on: On::Lanelet,
-        subject: Subject::Lanelet(it.id.0),
-        tags: &it.attributes,
-    });
-    let elements = all.regulatory_elements.as_slice().par_iter().in_small_parts().map(|it| Tagged {
-        on: On::Element,
-        subject: Subject::RegulatoryElement(it.id.0),
-        tags: &it.attributes,
-    });
-    let areas = all.areas.as_slice().par_iter().map(|it| Tagged {
-        on: On::Area,
-        subject: Subject::Relation(it.id.0),
-        tags: &it.attributes,
-    });
+    let polygons = all
+        .polygons
+        .as_slice()
+        .par_iter()
+        .in_small_parts()
+        .map(|it| Tagged::new(On::Polygon, Subject::Polygon(it.id.0), &it.attributes));
+    let lanelets = all
+        .lanelets
+        .as_slice()
+        .par_iter()
+        .in_small_parts()
+        .map(|it| Tagged::new(On::Lanelet, Subject::Lanelet(it.id.0), &it.attributes));
+    let elements = all
+        .regulatory_elements
+        .as_slice()
+        .par_iter()
+        .in_small_parts()
+        .map(|it| Tagged::new(On::Element, Subject::RegulatoryElement(it.id.0), &it.attributes));
+    let areas =
+        all.areas.as_slice().par_iter().map(|it| Tagged::new(On::Area, Subject::Relation(it.id.0), &it.attributes));
     let primitives = points.chain(lines).chain(polygons).chain(lanelets).chain(elements).chain(areas);
     // Of these, other rules judge more.
     let known = |subject: Subject| match subject {
@@ -104,8 +112,16 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
     let about = it.subject;
     let set = |value: &str| Edit::SetTag { on: about, key: key.into(), value: value.into() };
     if let Slip::Key(meant) = slip {
-        let message = format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about));
+        // `{:?}` would write out what may steer a terminal; the reports do.
+        let message = match key.trim() == meant {
+            true => format!("{} has the key \"{key}\" with a blank; did you mean {meant}?", name(about)),
+            false => format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about)),
+        };
         let finding = Finding::new("key", about, message);
+        // A value that the known key cannot have, such as `None` for a height, would be a fault of its own.
+        if matches!(vocabulary::slip(it.on, it.tags, meant, value), Some(Slip::Form(..) | Slip::Word(..))) {
+            return Some(finding);
+        }
         // As soon as one participant is named, who is not named may not enter: of another word than `participant` nobody knows whether
         // that was meant, unless it lets all vehicles in.
         let names_some = meant.starts_with("participant") && !key.starts_with("participant");
@@ -126,11 +142,19 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
         let finding = Finding::new("renamed", about, message);
         return Some(finding.fixed_by(format!("set {key}={now}"), false, vec![set(now)]));
     }
-    if is_judged_elsewhere(it, is_known, key, value) {
+    if let Slip::Elsewhere(kinds) = slip {
+        let kinds: Vec<&str> = kinds.iter().map(|on| on.plural()).collect();
+        let message =
+            format!("{} has the key {key}, which has no effect: it is read of {}.", name(about), kinds.join(" and "));
+        return Some(Finding::new("misplaced", about, message));
+    }
+    // No type makes a centre line something else.
+    let is_idle = it.is_centerline && matches!(key, "type" | "subtype") && slip != Slip::Value("centerline");
+    if is_judged_elsewhere(it, is_known, key, value) || is_idle {
         return None;
     }
     let (what, meant) = match slip {
-        Slip::Key(_) | Slip::RenamedKey(_) | Slip::RenamedValue(_) => return None,
+        Slip::Key(_) | Slip::RenamedKey(_) | Slip::RenamedValue(_) | Slip::Elsewhere(_) => return None,
         Slip::Value(meant) => ("is nothing that Lanelet2 or Autoware knows".to_owned(), Some(meant.to_owned())),
         Slip::Form(Form::YesNo | Form::YesNoAlone, meant) => ("is neither yes nor no".to_owned(), meant),
         Slip::Form(form, meant) => (format!("is no {}", form.as_str()), meant),

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Subject};
-use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
+use crate::lanelet::{LineStringId, TurnDirection};
 
 use super::parallel_bounds::{ParallelBounds, Reach};
 use super::{divided_lanelets, merged_borders, parallel_bounds};
@@ -20,9 +20,16 @@ pub struct Params {
     step: f64,
 }
 
+/// Lanes shorter than this, metres, lie beside no other.
+const SHORTEST: f64 = 0.5;
+
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let reach = Reach { apart: params.apart, share: params.share };
-    let outside = |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty();
+    // A turn belongs to an intersection, be no area drawn around it; and a stub, of which health/zero-length tells, lies beside nothing.
+    let turns = |at: usize| matches!(map.turn_direction(at), Some(TurnDirection::Left | TurnDirection::Right));
+    let is_stretch = |at: usize| map.lanes[at].length() >= SHORTEST;
+    let outside =
+        |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty() && !turns(at) && is_stretch(at);
     let twins = parallel_bounds::all(map, reach, outside, outside);
     // Each pair is found from both lanes; the lane with the longer border counts.
     let first = |twins: &ParallelBounds| {

@@ -19,7 +19,12 @@ pub struct Params {
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-    let partly = |pair: &OpposingOverlap| !pair.swapped && (params.overlap..params.stacked).contains(&pair.share);
+    // Where lanes branch or join, roads meet, be no area drawn there: their ways lie over each other.
+    let branches = |at: usize| map.siblings(at).next().is_some() || map.ending_at(map.lanes[at].end.ids).len() > 1;
+    let partly = |pair: &OpposingOverlap| {
+        let share = (params.overlap..params.stacked).contains(&pair.share);
+        share && !pair.swapped && !pair.lanes.into_iter().any(branches)
+    };
     let mut findings: Vec<Finding> =
         opposing_overlap::all(map).iter().filter(|pair| partly(pair)).map(|pair| overlap(map, params, pair)).collect();
     for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {

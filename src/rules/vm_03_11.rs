@@ -5,7 +5,7 @@ use crate::lanelet::index::{Intersection, MapIndex, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
 use super::NoParams;
-use super::right_of_way_element::{Judged, ruled_by_signal, wiring};
+use super::right_of_way_element::{Judged, joins_first_by_element, ruled_by_signal, wiring};
 use super::virtual_light::is_coordinated;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
@@ -78,7 +78,9 @@ fn wrongly_ignored(judged: &Judged, y: usize) -> Option<Finding> {
         ("priority-inverted", format!("Minor-road lanelet {} ignores priority lanelet {name}.", judged.id))
     } else if me.priority == other.priority
         && match relation {
-            Relation::InPhase => me.turn == Turn::Far && other.turn != Turn::Far,
+            Relation::InPhase => {
+                me.turn == Turn::Far && other.turn != Turn::Far && !joins_first_by_element(map, traffic, x, at)
+            }
             _ => traffic.rank != Rank::Unknown,
         }
     {

@@ -208,9 +208,10 @@ impl Document {
             road: Vec<Spanned<toml::Value>>,
         }
         let Ok(places) = toml::from_str::<Places>(&self.text) else { return };
+        let ends: Vec<usize> = self.text.match_indices('\n').map(|(at, _)| at).collect();
         let origin = |place: &Spanned<toml::Value>| {
-            let before = self.text.get(..place.span().start).unwrap_or_default();
-            Some(Origin { file: self.name.clone(), line: before.matches('\n').count() + 1 })
+            let line = ends.partition_point(|end| *end < place.span().start) + 1;
+            Some(Origin { file: self.name.clone(), line })
         };
         for (suppression, place) in self.settings.suppress.iter_mut().zip(&places.suppress) {
             suppression.origin = origin(place);

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as PlanePoint, Vector};
-use crate::lanelet::{Attributes, Condition, LoadFault, Point, PointId};
+use crate::lanelet::{Attributes, Condition, LoadFault, Point, PointId, heights_by_other_names};
 use crate::osm::{ElementKind, Node, OsmData, Text};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
@@ -180,7 +180,12 @@ impl Loader<'_> {
             };
             step <= LEAST_STEP + STEEPEST * (a.position - b.position).norm()
         };
-        (is_written_so || 2 * low >= written.len()) && self.osm.ways.iter().all(|way| way.nodes.windows(2).all(fits))
+        let absent = points.iter().filter(|point| point.ele().is_none()).map(|point| point.id).collect();
+        let is_said_elsewhere =
+            heights_by_other_names(points, &absent).into_iter().any(|(_, height)| height.abs() > NEAR_ZERO);
+        !is_said_elsewhere
+            && (is_written_so || 2 * low >= written.len())
+            && self.osm.ways.iter().all(|way| way.nodes.windows(2).all(fits))
     }
 
     fn made(&self, node: &Node, projected: Option<PlanePoint>) -> Made {

@@ -16,6 +16,12 @@ use crate::osm::{ElementKind, Relation, Text};
 use super::relation_type::RelationType;
 use super::{Loader, infer_type, merged};
 
+/// The bounds of all lanelets may have so many points together, each as often as a lanelet uses it, ...
+const MOST_POINTS: usize = 300_000;
+/// ... or so many times those of the map. People draw a line for the lanelets on its two sides; where one line of thousands of points
+/// bounds hundreds of lanelets, each of them would be judged along all of it.
+const MOST_USES: usize = 20;
+
 /// What the loader makes of a member of a regulatory element.
 enum Resolved {
     /// In the map.
@@ -45,11 +51,23 @@ impl Border {
 impl Loader<'_> {
     pub(super) fn relations(&mut self) {
         let relations = merged(self.osm, &self.repeated);
+        let most = MOST_POINTS.max(MOST_USES * self.loaded.map.points.len());
+        let (mut points, mut left_out) = (0, Vec::<&Relation>::new());
         for relation in &relations {
             self.relation_faults(relation);
             if RelationType::of(&relation.tags) == RelationType::Lanelet {
-                self.lanelet(relation);
+                points += self.points_of_bounds(relation);
+                if points <= most {
+                    self.lanelet(relation);
+                } else {
+                    self.unusable(relation, [LineStringId(relation.id); 2], None);
+                    left_out.push(relation);
+                }
             }
+        }
+        if let Some(first) = left_out.first() {
+            let condition = Condition::BoundsTooLong { lanelets: left_out.len(), most };
+            self.fault(Subject::Lanelet(first.id), &first.span, condition);
         }
         for relation in &relations {
             if RelationType::of(&relation.tags) == RelationType::Multipolygon
@@ -111,9 +129,7 @@ impl Loader<'_> {
             None => None,
         };
         let [Border::Line(left), Border::Line(right)] = bounds else {
-            let [left, right] = bounds.map(|border| Bound { line: border.line(), inverted: false });
-            self.loaded.map.dummies.lanelets.push(bounded(relation, [left, right], centerline));
-            return;
+            return self.unusable(relation, bounds.map(|border| border.line()), centerline);
         };
         let lines = [self.line(left), self.line(right)];
         let (left_inverted, right_inverted) = align(&lines[0], &lines[1]);
@@ -137,6 +153,19 @@ impl Loader<'_> {
         }
         let bounds = [Bound { line: left, inverted: left_inverted }, Bound { line: right, inverted: right_inverted }];
         self.loaded.map.lanelets.insert(bounded(relation, bounds, centerline));
+    }
+
+    /// Keeps a lanelet for those that refer to it, without looking at its bounds.
+    fn unusable(&mut self, relation: &Relation, lines: [LineStringId; 2], centerline: Option<LineStringId>) {
+        let bounds = lines.map(|line| Bound { line, inverted: false });
+        self.loaded.map.dummies.lanelets.push(bounded(relation, bounds, centerline));
+    }
+
+    /// How many points the lines of a lanelet have.
+    fn points_of_bounds(&self, relation: &Relation) -> usize {
+        let lines =
+            relation.members.iter().filter_map(|member| self.loaded.map.linestrings.get(LineStringId(member.id)));
+        lines.map(|line| line.points.len()).sum()
     }
 
     pub(super) fn line(&self, id: LineStringId) -> Vec<PlanePoint> {

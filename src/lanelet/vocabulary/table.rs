@@ -25,6 +25,20 @@ pub enum On {
     Area,
 }
 
+impl On {
+    /// What such primitives are called.
+    pub const fn plural(self) -> &'static str {
+        match self {
+            Self::Point => "nodes",
+            Self::LineString => "ways",
+            Self::Polygon => "ways with area=yes",
+            Self::Lanelet => "lanelets",
+            Self::Element => "regulatory elements",
+            Self::Area => "areas",
+        }
+    }
+}
+
 /// What a value must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -98,6 +112,8 @@ pub enum Slip {
     RenamedKey(&'static str),
     /// The value is called otherwise today.
     RenamedValue(&'static str),
+    /// The key is read on these primitives, and this is none of them.
+    Elsewhere(&'static [On]),
 }
 
 /// Where words stand.
@@ -118,6 +134,9 @@ pub struct Key {
     pub name: String,
     /// The primitives that have it.
     pub on: Vec<On>,
+    /// Whether nobody else has a key of this name, so that on other primitives it is a mistake and no tag of somebody's own.
+    #[serde(default)]
+    pub own: bool,
     /// What its value must be.
     pub form: Option<Form>,
     /// Words that somebody reads.

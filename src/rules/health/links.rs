@@ -9,7 +9,7 @@ use crate::geometry::{Point, Polyline, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
 use crate::rules::crowd;
-use crate::rules::near_nodes::{NodeClusters, are_on_one_floor};
+use crate::rules::near_nodes::{NodeClusters, are_on_one_floor, ends_of_borders};
 use crate::rules::routing_moves::RoutingMoves;
 use crate::rules::two_way::leads_on_backwards;
 
@@ -93,6 +93,7 @@ impl<'m> Links<'m> {
     }
 
     fn find_near_misses(&mut self, params: &Params) {
+        let stubs = ends_of_borders(self.map);
         for y in self.lanes() {
             let start = self.map.lanes[y].start;
             let near = self.ending_near(params, y, 2.0 * params.near_miss);
@@ -107,6 +108,9 @@ impl<'m> Links<'m> {
                 let half = end.across().norm().min(start.across().norm()) / 2.0;
                 let is_beside = half > THIN && (end.middle() - start.middle()).norm() > half;
                 // Lanes that lead on from here as they should need no other way on.
+                // Where a short lanelet lies between them, they are not to be one.
+                let mut pairs = end.ids.into_iter().zip(start.ids).map(|(a, b)| [a.min(b), a.max(b)]);
+                let is_beside = is_beside || pairs.any(|pair| stubs.contains(&pair));
                 if is_beside || apart(0).max(apart(1)) >= params.near_miss || !is_level || self.map.are_linked(x, y) {
                     continue;
                 }

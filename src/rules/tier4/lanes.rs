@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::super::crowd;
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::geometry::extended::Extended;
@@ -31,12 +32,16 @@ pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
         .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| exact.place(point)).collect()))
         .collect();
     let lanes = Lanes { view, graph: &graph, rank: &rank, drawn: &drawn, most };
-    let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
-        .into_par_iter()
-        .in_small_parts()
-        .flat_map_iter(|at| lanes.covered(at).into_iter().map(move |other| (at, other)))
-        .collect();
+    let all = (0..view.lanelets.len()).into_par_iter().in_small_parts();
+    let covered: Vec<(Vec<usize>, bool)> = all.map(|at| lanes.covered(at)).collect();
     let mut issues = Vec::new();
+    for (seen, _) in view.lanelets.iter().zip(&covered).filter(|(_, (_, is_crowded))| *is_crowded) {
+        let (id, most) = (seen.id(), crowd::MOST);
+        let message = format!("Lanelet {id}: too many lanelets lie in it to compare; the first {most} were.");
+        issues.push(issue(2, Subject::Lanelet(id.0), message));
+    }
+    let of_lane = |(at, (others, _)): (usize, (Vec<usize>, bool))| others.into_iter().map(move |other| (at, other));
+    let pairs: Vec<(usize, usize)> = covered.into_iter().enumerate().flat_map(of_lane).collect();
     let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
     for &(at, other) in &pairs {
         let (id, name) = (view.lanelets[at].id(), view.lanelets[other].id());
@@ -72,10 +77,10 @@ struct Lanes<'a, 'v, 'm> {
 }
 
 impl Lanes<'_, '_, '_> {
-    /// Unrelated lanelets that have a whole bound inside this lanelet after it is widened.
-    fn covered(&self, at: usize) -> Vec<usize> {
+    /// Unrelated lanelets that have a whole bound inside this lanelet after it is widened, and whether there are more than are compared.
+    fn covered(&self, at: usize) -> (Vec<usize>, bool) {
         let (view, seen) = (self.view, &self.view.lanelets[at]);
-        let Some(outline) = widened(&self.drawn[at]) else { return Vec::new() };
+        let Some(outline) = widened(&self.drawn[at]) else { return (Vec::new(), false) };
         let reach = extent(&outline);
         let ring = polygon::to_geo(&outline);
         let inside = |other: usize| {
@@ -91,7 +96,10 @@ impl Lanes<'_, '_, '_> {
             }
         };
         let near = view.near(reach, SAME_PLACE).into_iter();
-        near.filter(|&other| other != at && inside(other) && strange(other)).collect()
+        let covered = near.filter(|&other| other != at && inside(other));
+        let covered: Vec<usize> = covered.take(crowd::MOST + 1).collect();
+        let is_crowded = covered.len() > crowd::MOST;
+        (covered.into_iter().take(crowd::MOST).filter(|&other| strange(other)).collect(), is_crowded)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::lanelet::index::{Edge, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
 use super::params::Params;
-use crate::rules::near_nodes::NodeClusters;
+use crate::rules::near_nodes::{NodeClusters, ends_of_borders};
 
 /// Two nodes that nearly coincide, with the lanes that they keep apart.
 struct Miss {
@@ -39,9 +39,15 @@ pub fn near_misses<'m>(map: &'m MapIndex<'m>, params: &Params) -> Misses<'m> {
         ends: FxHashSet::default(),
         starts: FxHashSet::default(),
     };
+    let stubs = ends_of_borders(map);
     for y in (0..map.lanes.len()).filter(|&lane| map.lanes[lane].is_drivable()) {
         for x in ending_near(map, params, y, &map.lanes[y].start) {
             if map.movement(x).is_none() && map.movement(y).is_none() {
+                continue;
+            }
+            // A short lanelet lies between them.
+            let pairs = map.lanes[x].end.ids.into_iter().zip(map.lanes[y].start.ids);
+            if pairs.map(|(a, b)| [a.min(b), a.max(b)]).any(|pair| stubs.contains(&pair)) {
                 continue;
             }
             misses.ends.insert(x);

@@ -52,6 +52,8 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "tangled areas", size: 4_000, draw: tangled_areas },
     Kind { name: "lanes in all directions", size: 500, draw: lanes_in_all_directions },
     Kind { name: "bound through one node", size: 2_000, draw: bound_through_one_node },
+    Kind { name: "bound of many", size: 300, draw: bound_of_many },
+    Kind { name: "to and fro", size: 5_000, draw: to_and_fro },
 ];
 
 const THIN: &[(&str, &str)] = &[("type", "line_thin"), ("subtype", "solid")];
@@ -551,6 +553,25 @@ fn lanes_in_all_directions(out: &mut Sketch, size: usize) {
         let [left, right] = [1.5, -1.5].map(|aside| out.line(&[along(-20.0, aside), along(20.0, aside)], THIN));
         between(out, left, right, &[]);
     }
+}
+
+/// A long way that bounds many lanelets.
+fn bound_of_many(out: &mut Sketch, size: usize) {
+    let places: Vec<Place> = (0..4 * size).map(|i| (0.05 * i as f64, 0.01 * (i % 2) as f64)).collect();
+    let common = out.line(&places, THIN);
+    for i in 0..size {
+        let y = 3.0 + 0.003 * i as f64;
+        let other = out.line(&[(0.0, y), (0.2 * size as f64, y)], THIN);
+        between(out, other, common, &[]);
+    }
+}
+
+/// A way that runs to and fro between two nodes.
+fn to_and_fro(out: &mut Sketch, size: usize) {
+    let nodes = [out.node((0.0, 0.0)), out.node((1.0, 0.0))];
+    let left = out.way(&nodes.repeat(size), THIN);
+    let right = out.line(&[(0.0, -3.0), (20.0, -3.0)], THIN);
+    between(out, left, right, &[]);
 }
 
 /// A lanelet whose left bound returns to one node again and again.
