@@ -41,7 +41,7 @@ pub fn summary(mended: &Mended) -> String {
     text += "\n";
     if mended.revealed > 0 {
         text += &format!(
-            "{} of the errors left were not told before: rules now look at the intersections that were marked\n",
+            "{} of the errors left were not told before: rules now look at lanes that became a road or part of an intersection\n",
             mended.revealed
         );
     }

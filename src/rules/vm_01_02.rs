@@ -146,7 +146,9 @@ fn half_said(tags: &Attributes) -> Option<(String, Severity)> {
 fn as_painted(line: LineStringId, tags: &Attributes) -> Option<(String, Edit)> {
     let value = LaneChange::of_paint(tags, Participant::Vehicle).as_value()?;
     let edit = Edit::SetTag { on: Subject::LineString(line.0), key: "lane_change".into(), value: value.into() };
-    Some((format!("set lane_change={value}, as its paint says"), edit))
+    // Of a line without paint, what Lanelet2 takes it for.
+    let reason = if tags.has("type") { "as its paint says" } else { "as a line without a type is read" };
+    Some((format!("set lane_change={value}, {reason}"), edit))
 }
 
 /// The edit by which a line that says nothing of lane changes says what its paint says; `None` if it says it, by side or for both.

@@ -18,6 +18,9 @@ pub struct Params {
     height_threshold: f64,
 }
 
+/// An end of a centre line that is no farther from an edge of its lanelet than this, metres, is meant for that edge.
+const NEARLY: f64 = 0.5;
+
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     if map.map.lanelets.iter().all(|lanelet| lanelet.centerline.is_none()) {
         return Vec::new();
@@ -38,7 +41,18 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
     let mut findings = Vec::new();
     let off = [(first, start), (last, end)].map(|(point, edge)| distance(point, edge));
     let far = off[0].max(off[1]);
-    if far > params.planar_threshold {
+    let turned = distance(first, end).max(distance(last, start));
+    // A line that only runs the other way has its ends where they belong, or nearly so.
+    if far > params.planar_threshold && turned <= params.planar_threshold.max(NEARLY).min(far / 2.0) {
+        let message = format!("Centre line {id} of lanelet {name} runs against it: it begins where the lanelet ends.");
+        let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
+        let is_alone = view.map.lanelets.iter().filter(|lanelet| lanelet.centerline == Some(id)).count() == 1;
+        let edits = vec![Edit::ReverseWay { way: Subject::LineString(id.0) }];
+        findings.push(match is_alone {
+            true => finding.fixed_by("turn it around", false, edits),
+            false => finding,
+        });
+    } else if far > params.planar_threshold {
         let message = format!("Centre line {id} of lanelet {name} ends {far:.2} m from the lanelet's edge.");
         let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
         let ends = [(0, first.id, start.map(|point| point.id)), (1, last.id, end.map(|point| point.id))]

@@ -68,7 +68,7 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         if map.begins_in_a_point(at) {
             return None;
         }
-        let message = format!("Intersection lanelet {} has no turn_direction (it turns {} deg).", lane.id, whole(turn));
+        let message = format!("Intersection lanelet {} has no turn_direction (it turns {}).", lane.id, degrees(turn));
         return Some(relabelled(map, params, at, Finding::new("turn-missing", subject, message)));
     }
     let label = map.turn_direction(at)?;
@@ -90,15 +90,19 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     if severity == Severity::Warning && !map.has_area(at) {
         return None;
     }
-    let message = format!("turn_direction={}, but lanelet {} turns {} deg.", label.as_str(), lane.id, whole(turn));
+    let message = format!("turn_direction={}, but lanelet {} turns {}.", label.as_str(), lane.id, degrees(turn));
     let limit = if turn.abs() < params.surely_straight { params.surely_straight } else { params.surely_turning };
     let finding = Finding::new("turn-mismatch", subject, message).measured(turn, limit, "deg").graded(severity);
     Some(relabelled(map, params, at, finding))
 }
 
-/// Whole degrees, without a negative zero.
-fn whole(turn: f64) -> i64 {
-    turn.round() as i64
+/// A turn in whole degrees, with its side: positive ones are to the left.
+fn degrees(turn: f64) -> String {
+    match turn.round() as i64 {
+        0 => "0 deg".to_owned(),
+        left if left > 0 => format!("{left} deg to the left"),
+        right => format!("{} deg to the right", -right),
+    }
 }
 
 /// Adds the centre line and the label that fits.

@@ -29,32 +29,57 @@ pub struct Params {
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
-    let usual = usual_height(map, params);
-    let mut findings: Vec<Finding> = lights.clone().filter_map(|line| height(line, params, usual)).collect();
+    let (usual, reason) = match usual_height(map, params) {
+        Some(height) => (height, "as other lights have it"),
+        None => (BODY, "that of a body with three lamps"),
+    };
+    let mut findings: Vec<Finding> = lights.clone().filter_map(|line| height(line, params, (usual, reason))).collect();
+    let outlines: Vec<Finding> = lights.clone().filter_map(|line| outline(map, line)).collect();
     findings.extend(lights.filter_map(|line| off_road(map, line, params.off_road)));
     let exchanges = exchanges(map);
     findings.extend(exchanges.iter().map(Exchange::finding));
-    let exchanged = exchanges.iter().flat_map(|one| one.bodies.iter().copied()).collect();
-    findings.extend(facing(map, &exchanged));
+    // Of these it is told already, or cannot be told, which way they hang.
+    let told = exchanges.iter().flat_map(|one| one.bodies.iter().copied());
+    let told = told.chain(outlines.iter().filter_map(|finding| finding.subject.id().map(LineStringId))).collect();
+    findings.extend(outlines);
+    findings.extend(facing(map, &told));
     findings
 }
 
-/// The middle one of the heights that lights of this map have, metres; else that of a body with three lamps of 30 cm.
-fn usual_height(map: &MapIndex, params: &Params) -> f64 {
-    const BODY: f64 = 1.0;
+/// A light of which the first and the last point lie above each other, though others stand aside.
+fn outline(map: &MapIndex, light: &LineString) -> Option<Finding> {
+    /// Narrower than any lamp, metres.
+    const NARROW: f64 = 0.1;
+    let places: Vec<Point> = map.map.points.get_each(light.points.iter().copied()).map(|it| it.position).collect();
+    let (first, last) = (places.first()?, places.last()?);
+    let is_wide = places.iter().any(|place| (place - first).norm() > NARROW);
+    let message = format!(
+        "Traffic light {} is drawn as an outline: its first and last point lie above each other, and Autoware takes these two for its \
+         left and right end.",
+        light.id
+    );
+    let is_outline = is_wide && (last - first).norm() < NARROW;
+    is_outline.then(|| Finding::new("outline", Subject::LineString(light.id.0), message))
+}
+
+/// The height of a body with three lamps of 30 cm, metres.
+const BODY: f64 = 1.0;
+
+/// The middle one of the heights that lights of this map have, metres.
+fn usual_height(map: &MapIndex, params: &Params) -> Option<f64> {
     let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
     let said = lights.filter_map(|line| crate::lanelet::number::number(line.attributes.get("height")?));
     let mut known: Vec<f64> = said.filter(|height| (params.min_height..=params.max_height).contains(height)).collect();
     known.sort_by(f64::total_cmp);
-    known.get(known.len() / 2).copied().unwrap_or(BODY)
+    known.get(known.len() / 2).copied()
 }
 
-fn height(line: &LineString, params: &Params, usual: f64) -> Option<Finding> {
+fn height(line: &LineString, params: &Params, (usual, reason): (f64, &str)) -> Option<Finding> {
     let (id, subject) = (line.id, Subject::LineString(line.id.0));
     let Some(said) = line.attributes.get("height") else {
         let finding = Finding::new("height-missing", subject, format!("Traffic light {id} has no height."));
         let edits = vec![Edit::SetTag { on: subject, key: "height".into(), value: usual.to_string().into() }];
-        return Some(finding.fixed_by(format!("set height={usual}, as other lights have it"), false, edits));
+        return Some(finding.fixed_by(format!("set height={usual}, {reason}"), false, edits));
     };
     // What is no number is read as one that cannot be.
     let height = crate::lanelet::number::leading_number(said).unwrap_or(-1.0);
@@ -119,8 +144,8 @@ impl Sight {
     }
 }
 
-/// Which way the lights hang, seen from where the lanelets that obey them come to the stop line; those that are `exchanged` are told of already.
-fn facing(map: &MapIndex, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
+/// Which way the lights hang, seen from where the lanelets that obey them come to the stop line; of those in `told` something else is said.
+fn facing(map: &MapIndex, told: &BTreeSet<LineStringId>) -> Vec<Finding> {
     let view = map.view();
     let mut findings = Vec::new();
     let mut seen_from: BTreeMap<LineStringId, Vec<Sight>> = BTreeMap::new();
@@ -148,7 +173,7 @@ fn facing(map: &MapIndex, exchanged: &BTreeSet<LineStringId>) -> Vec<Finding> {
             seen_from.entry(id).or_default().push(Sight::of(cosine));
         }
     }
-    for (id, seen) in seen_from.into_iter().filter(|(id, _)| !exchanged.contains(id)) {
+    for (id, seen) in seen_from.into_iter().filter(|(id, _)| !told.contains(id)) {
         let subject = Subject::LineString(id.0);
         let all = |sight: Sight| seen.iter().all(|one| *one == sight);
         if all(Sight::Front) {
