@@ -78,8 +78,8 @@ const MOST_ONCE: f64 = 0.7;
 const MOST_EFFORT: usize = 60;
 /// The same for small maps.
 const LEAST_EFFORT: usize = 300_000;
-/// As many elements as this are judged in the time of one finding.
-const OF_FINDING: usize = 10;
+/// As many elements as this are judged in the time of one finding about several of them, which were held against each other.
+const OF_COMPARISON: usize = 10;
 
 /// Judges maps one after another.
 pub struct ChangeJudge<J> {
@@ -169,7 +169,8 @@ impl<J: Judge> ChangeJudge<J> {
     }
 
     fn count(&self, osm: &OsmData, found: &[Diagnostic]) {
-        self.effort.set(self.effort.get() + size(osm) + OF_FINDING * found.len());
+        let compared = found.iter().filter(|one| !one.finding.related.is_empty()).count();
+        self.effort.set(self.effort.get() + size(osm) + found.len() + OF_COMPARISON * compared);
     }
 
     /// The findings in a map, given those of the map from which it differs least.

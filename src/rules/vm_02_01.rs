@@ -26,13 +26,10 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
     let on = Subject::LineString(line.way.0);
     if let Some((far, place)) = bend(map, line).filter(|(far, _)| *far > params.bent) {
-        let [from, to] = line.ends;
-        let message = match far > (to - from).norm() {
+        let message = match line.is_outline {
             true => format!(
-                "Stop line {} comes back to where it begins, as an outline of its paint would; Autoware takes the straight between its \
-                 ends, {:.2} m.",
-                line.way,
-                (to - from).norm()
+                "Stop line {} is drawn as the outline of its paint; the planner takes its ends for a line.",
+                line.way
             ),
             false => format!("Stop line {} leaves the straight between its ends by {far:.2} m.", line.way),
         };
@@ -144,14 +141,13 @@ fn to_bounds(map: &MapIndex, line: &StopLine, lane: usize) -> Option<Vec<Edit>> 
 /// leave hardly a line.
 fn straightened(map: &MapIndex, finding: Finding, line: &StopLine) -> Finding {
     let Some(way) = map.map.linestrings.get(line.way) else { return finding };
-    let is_outline = bend(map, line).is_some_and(|(far, _)| far > (line.ends[1] - line.ends[0]).norm());
     let [low, high] = extent(&line.ends);
     let margin = Vector::repeat(bend(map, line).map_or(0.0, |(far, _)| far) + Polyline::MERGE);
     let near = map.lanes_near(low - margin, high + margin);
     let mut bounds =
         near.iter().flat_map(|&lane| map.lanes[lane].bounds).filter_map(|way| map.map.linestrings.get(way));
     let inner = &way.points[1..way.points.len().max(2) - 1];
-    if is_outline || bounds.any(|bound| bound.points.iter().any(|point| inner.contains(point))) {
+    if line.is_outline || bounds.any(|bound| bound.points.iter().any(|point| inner.contains(point))) {
         return finding;
     }
     let ([from, inner @ .., to], Some(straight)) = (&way.points[..], Polyline::new(line.ends)) else { return finding };

@@ -45,10 +45,6 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement, is_exchan
         .filter_map(|line| {
             let crossed = stop_line_crossings::crossings(map, &line, params.extra);
             let on: Vec<&StopLineCrossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
-            // What the straight between its ends misses, the line itself may cross: vm-02-01 says that it is bent.
-            if on.is_empty() && ruled.is_met_by_bent(map, line.way) {
-                return None;
-            }
             if on.is_empty() {
                 let finding = off_lane(element, line.way, line.ends);
                 return Some(match is_exchanged {
@@ -85,19 +81,6 @@ impl LanesAtElement {
             }
         }
         Self { before, behind }
-    }
-
-    /// Whether any piece of a line crosses a lane on which a vehicle meets the element.
-    fn is_met_by_bent(&self, map: &MapIndex, way: LineStringId) -> bool {
-        let Some(line) = map.map.linestrings.get(way).filter(|line| line.points.len() > 2) else { return false };
-        let places: Vec<Point> =
-            map.map.points.get_each(line.points.iter().copied()).map(|point| point.position).collect();
-        let crosses = |lane: &usize| {
-            let center = map.lanes[*lane].center.iter().flat_map(Polyline::segments);
-            let mut pieces = center.flat_map(|(a, b)| places.windows(2).map(move |pair| (a, b, pair)));
-            pieces.any(|(a, b, pair)| segment_crossing(a, b, pair[0], pair[1]).is_some())
-        };
-        self.before.keys().chain(&self.behind).any(crosses)
     }
 
     /// Whether a vehicle meets the element where a line crosses a lane. On a lane behind, only what was drawn across it

@@ -123,7 +123,7 @@ fn an_outline_of_paint_is_told_as_one_and_moves_no_corner() {
     let told = found(&data);
     assert!(of_code(&told, "vm-02-04/off-lane").is_empty());
     let bent = of_code(&told, "vm-02-01/bent");
-    assert!(bent.len() == 1 && bent[0].contains("outline of its paint"), "{bent:?}");
+    assert!(bent.len() == 1 && bent[0].contains("the outline of its paint"), "{bent:?}");
     let before = from_osm(&data, &Projector::Local).map;
     let after = from_osm(&mended(data).osm, &Projector::Local).map;
     for point in b {

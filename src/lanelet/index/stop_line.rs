@@ -7,15 +7,17 @@ use super::Lane;
 use super::thresholds;
 use super::types::{MapIndex, StopLineTree};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
-use crate::lanelet::{LineString, LineStringId};
+use crate::lanelet::{LineString, LineStringId, PointId};
 
 /// A stop line of the map as a straight line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopLine {
     /// Its way.
     pub way: LineStringId,
-    /// Its two ends.
+    /// Its two ends; of an outline of paint, those of its longest edge.
     pub ends: [Point; 2],
+    /// Whether it comes back to where it begins, as an outline of paint does.
+    pub is_outline: bool,
     /// Its height in the middle, metres; 0 where the map has none.
     pub height: f64,
 }
@@ -31,14 +33,24 @@ pub struct Misfit {
     pub behind: bool,
 }
 
+/// A line of which one edge is so many times longer than the straight between its ends is drawn around its paint.
+const OUTLINE: f64 = 2.0;
+
 impl StopLine {
     /// From a way; `None` if it has no length.
     pub fn of(map: &MapIndex, line: &LineString) -> Option<Self> {
         let end = |id| map.map.points.get(id).filter(|point| point.position.coords.iter().all(|c| c.is_finite()));
-        let points = [end(*line.points.first()?)?, end(*line.points.last()?)?];
+        let mut ends = [*line.points.first()?, *line.points.last()?];
+        let length = |[a, b]: [PointId; 2]| Some((end(b)?.position - end(a)?.position).norm());
+        let edges = line.points.windows(2).map(|pair| [pair[0], pair[1]]);
+        let longest = edges.max_by(|a, b| length(*a).unwrap_or_default().total_cmp(&length(*b).unwrap_or_default()));
+        let longest = longest.filter(|edge| length(*edge) > length(ends).map(|length| length * OUTLINE));
+        ends = longest.unwrap_or(ends);
+        let points = [end(ends[0])?, end(ends[1])?];
         let ends = points.map(|point| point.position);
         let [a, b] = points.map(|point| point.ele().unwrap_or_default());
-        ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(Self { way: line.id, ends, height: (a + b) / 2.0 })
+        let line = Self { way: line.id, ends, is_outline: longest.is_some(), height: (a + b) / 2.0 };
+        ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(line)
     }
 
     /// The line, longer by `extra` metres at both ends.
