@@ -75,11 +75,11 @@ const MOST_ONCE: f64 = 0.7;
 
 /// So many times as many elements as the map has are judged at most, or [`LEAST_EFFORT`]: where everything lies on everything, each fix
 /// does harm.
-const MOST_EFFORT: usize = 60;
+const MOST_EFFORT: usize = 150;
 /// The same for small maps.
-const LEAST_EFFORT: usize = 300_000;
+const LEAST_EFFORT: usize = 750_000;
 /// As many elements as this are judged in the time of one finding about several of them, which were held against each other.
-const OF_COMPARISON: usize = 10;
+const OF_COMPARISON: usize = 30;
 
 /// Judges maps one after another.
 pub struct ChangeJudge<J> {
