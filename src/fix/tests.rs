@@ -313,7 +313,7 @@ fn what_does_harm_is_found_in_few_judgements() {
 /// Where every fix does harm, and it cannot be told which one, the map is judged only so often; what was not tried is listed as such.
 #[test]
 fn what_would_take_too_long_is_not_tried_and_listed() {
-    const NODES: usize = 400;
+    const NODES: usize = 2_000;
     let nodes: String = (1..=NODES).map(|id| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>\n")).collect();
     let osm = read(&format!("<osm version=\"0.6\">\n{nodes}</osm>\n"));
     let asked = std::cell::Cell::new(0);

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Finding, Subject};
+use crate::geometry::Polyline;
 use crate::lanelet::PointId;
 use crate::lanelet::index::{Lane, MapIndex, UnionFind};
 
@@ -120,8 +121,13 @@ impl NodeClusters {
         finding.fixed_by(format!("use node {to} instead of {}", names.join(", ")), true, edits)
     }
 }
-/// The nodes at which the border of a lanelet begins and ends, the lower id first: were they one, the lanelet would be gone.
+/// The nodes at which the border of a lanelet begins and ends, the lower id first: were they one, the lanelet would be gone. A border
+/// without length is no lanelet's yet.
 pub fn ends_of_borders(map: &MapIndex) -> FxHashSet<[PointId; 2]> {
-    let sides = |lane: &Lane| [0, 1].map(|side| [lane.start.ids[side], lane.end.ids[side]]);
+    let sides = |lane: &Lane| {
+        let (start, end) = (lane.start, lane.end);
+        let has_length = move |side: &usize| (end.points[*side] - start.points[*side]).norm() > Polyline::MERGE;
+        [0, 1].into_iter().filter(has_length).map(move |side| [start.ids[side], end.ids[side]])
+    };
     map.lanes.iter().flat_map(sides).map(|[a, b]| [a.min(b), a.max(b)]).collect()
 }

@@ -26,7 +26,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
     let on = Subject::LineString(line.way.0);
     if let Some((far, place)) = bend(map, line).filter(|(far, _)| *far > params.bent) {
-        let message = match line.is_outline {
+        let message = match line.edge_of_outline.is_some() {
             true => format!(
                 "Stop line {} is drawn as the outline of its paint; the planner takes its ends for a line.",
                 line.way
@@ -137,17 +137,21 @@ fn to_bounds(map: &MapIndex, line: &StopLine, lane: usize) -> Option<Vec<Edit>> 
     (!edits.is_empty()).then_some(edits)
 }
 
-/// Adds the edits that put the inner vertices onto the straight between the ends; none where that would move another line, too, or
-/// leave hardly a line.
+/// Adds the edits that put the inner vertices onto the straight between the ends, unless that would move another line, too; of an
+/// outline, those that leave its longest edge.
 fn straightened(map: &MapIndex, finding: Finding, line: &StopLine) -> Finding {
     let Some(way) = map.map.linestrings.get(line.way) else { return finding };
+    if let Some(edge) = line.edge_of_outline {
+        let edits = vec![Edit::SetVertices { way: finding.subject, points: edge.map(|point| point.0).to_vec() }];
+        return finding.fixed_by("let it run along its longest edge alone", false, edits);
+    }
     let [low, high] = extent(&line.ends);
     let margin = Vector::repeat(bend(map, line).map_or(0.0, |(far, _)| far) + Polyline::MERGE);
     let near = map.lanes_near(low - margin, high + margin);
     let mut bounds =
         near.iter().flat_map(|&lane| map.lanes[lane].bounds).filter_map(|way| map.map.linestrings.get(way));
     let inner = &way.points[1..way.points.len().max(2) - 1];
-    if line.is_outline || bounds.any(|bound| bound.points.iter().any(|point| inner.contains(point))) {
+    if bounds.any(|bound| bound.points.iter().any(|point| inner.contains(point))) {
         return finding;
     }
     let ([from, inner @ .., to], Some(straight)) = (&way.points[..], Polyline::new(line.ends)) else { return finding };

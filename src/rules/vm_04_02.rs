@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, Vector, polygon, polyline};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::index::view::spot;
+use crate::lanelet::index::view::{Spot, spot};
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 use super::exchanged_lights::{Exchange, FRONT, edge_at, exchanges};
@@ -34,7 +34,8 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         None => (BODY, "that of a body with three lamps"),
     };
     let mut findings: Vec<Finding> = lights.clone().filter_map(|line| height(line, params, (usual, reason))).collect();
-    let outlines: Vec<Finding> = lights.clone().filter_map(|line| outline(map, line)).collect();
+    let approaches = approaches(map);
+    let outlines: Vec<Finding> = lights.clone().filter_map(|line| outline(map, line, &approaches)).collect();
     findings.extend(lights.filter_map(|line| off_road(map, line, params.off_road)));
     let exchanges = exchanges(map);
     findings.extend(exchanges.iter().map(Exchange::finding));
@@ -42,24 +43,40 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let told = exchanges.iter().flat_map(|one| one.bodies.iter().copied());
     let told = told.chain(outlines.iter().filter_map(|finding| finding.subject.id().map(LineStringId))).collect();
     findings.extend(outlines);
-    findings.extend(facing(map, &told));
+    findings.extend(facing(map, &approaches, &told));
     findings
 }
 
 /// A light of which the first and the last point lie above each other, though others stand aside.
-fn outline(map: &MapIndex, light: &LineString) -> Option<Finding> {
+fn outline(map: &MapIndex, light: &LineString, approaches: &[Approach]) -> Option<Finding> {
     /// Narrower than any lamp, metres.
     const NARROW: f64 = 0.1;
-    let places: Vec<Point> = map.map.points.get_each(light.points.iter().copied()).map(|it| it.position).collect();
-    let (first, last) = (places.first()?, places.last()?);
-    let is_wide = places.iter().any(|place| (place - first).norm() > NARROW);
+    let points: Vec<_> = map.map.points.get_each(light.points.iter().copied()).map(|it| (it.id, spot(it))).collect();
+    let (&(_, first), &(_, last)) = (points.first()?, points.last()?);
+    let apart = |a: Spot, b: Spot| (a - b).xy().norm();
+    let is_wide = points.iter().any(|&(_, place)| apart(place, first) > NARROW);
+    if !is_wide || apart(first, last) >= NARROW {
+        return None;
+    }
     let message = format!(
         "Traffic light {} is drawn as an outline: its first and last point lie above each other, and Autoware takes these two for its \
          left and right end.",
         light.id
     );
-    let is_outline = is_wide && (last - first).norm() < NARROW;
-    is_outline.then(|| Finding::new("outline", Subject::LineString(light.id.0), message))
+    let finding = Finding::new("outline", Subject::LineString(light.id.0), message);
+    // Its lower edge, from left to right as those see it who obey it.
+    let edges = points.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| apart(a.1, b.1) > NARROW);
+    let lower = edges.min_by(|a, b| (a[0].1.z + a[1].1.z).total_cmp(&(b[0].1.z + b[1].1.z)))?;
+    let seen = approaches.iter().find(|approach| approach.bodies.iter().any(|body| body.id == light.id));
+    let across = seen.and_then(|approach| cosine(*approach.edges.first()?, lower[1].1 - lower[0].1));
+    let [from, to] = lower.map(|(id, _)| id.0);
+    let ordered = match across.map(Sight::of) {
+        Some(Sight::Front) => vec![from, to],
+        Some(Sight::Back) => vec![to, from],
+        Some(Sight::Side) | None => return Some(finding),
+    };
+    let edits = vec![Edit::SetVertices { way: finding.subject, points: ordered }];
+    Some(finding.fixed_by("let it run along its lower edge alone, from left to right", false, edits))
 }
 
 /// The height of a body with three lamps of 30 cm, metres.
@@ -144,19 +161,38 @@ impl Sight {
     }
 }
 
+/// A traffic light element with what is held against each other.
+struct Approach<'m> {
+    element: &'m RegulatoryElement,
+    /// The edges, left to right, at which the lanelets that obey it come to the stop line.
+    edges: Vec<Vector3<f64>>,
+    /// Its lights for vehicles.
+    bodies: Vec<&'m LineString>,
+}
+
+/// Those of a map with a stop line and lanelets.
+fn approaches<'m>(map: &'m MapIndex) -> Vec<Approach<'m>> {
+    let view = map.view();
+    let of_light = |element: &'m RegulatoryElement| {
+        let line = view.lines(element, "ref_line").next().map(|line| view.points(line)).unwrap_or_default();
+        let (a, b) = line.first().zip(line.last())?;
+        let obey = view.referrers(element.id).iter().map(|&at| &view.lanelets[at]);
+        let edges: Vec<_> = obey.filter_map(|seen| edge_at(map, seen, [spot(a), spot(b)])).collect();
+        let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+        (!edges.is_empty()).then(|| Approach { element, edges, bodies: bodies.collect() })
+    };
+    view.elements("traffic_light").filter_map(of_light).collect()
+}
+
 /// Which way the lights hang, seen from where the lanelets that obey them come to the stop line; of those in `told` something else is said.
-fn facing(map: &MapIndex, told: &BTreeSet<LineStringId>) -> Vec<Finding> {
+fn facing(map: &MapIndex, approaches: &[Approach], told: &BTreeSet<LineStringId>) -> Vec<Finding> {
     let view = map.view();
     let mut findings = Vec::new();
     let mut seen_from: BTreeMap<LineStringId, Vec<Sight>> = BTreeMap::new();
-    for light in view.elements("traffic_light") {
-        let line = view.lines(light, "ref_line").next().map(|line| view.points(line)).unwrap_or_default();
-        let Some((a, b)) = line.first().zip(line.last()) else { continue };
-        let obey = view.referrers(light.id).iter().map(|&at| &view.lanelets[at]);
-        let mut edges = obey.filter_map(|seen| edge_at(map, seen, [spot(a), spot(b)]));
-        let Some(first) = edges.next() else { continue };
-        let astray = edges.filter(|other| cosine(first, *other).is_some_and(|cosine| cosine < TOGETHER)).count();
-        let bodies = view.lines(light, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+    for Approach { element: light, edges, bodies } in approaches {
+        let Some((&first, others)) = edges.split_first() else { continue };
+        let astray =
+            others.iter().filter(|other| cosine(first, **other).is_some_and(|cosine| cosine < TOGETHER)).count();
         for body in bodies {
             let id = body.id;
             for _ in 0..astray {

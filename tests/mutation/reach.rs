@@ -25,6 +25,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     ("of three lanes drawn anew together", &["health/fan"]),
+    ("of bends that the sample maps do not have", &["load/align-heights"]),
     ("of the text, before it is a map", &["load/passed-over", "parts/blank-start"]),
     (
         "told as a near miss or as a lane without length wherever a sample map can have it",

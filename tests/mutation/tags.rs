@@ -157,6 +157,12 @@ pub const KINDS: &[Kind] = &[
         map.way(id).nodes.reverse();
         Some(vec![id])
     }),
+    kind("draw a light as a closed line", &["vm-04-02/outline"], |_, map, dice| {
+        let id = dice.pick(drivers_lights(map))?;
+        let nodes = &mut map.way(id).nodes;
+        nodes.extend(nodes.first().copied());
+        Some(vec![id])
+    }),
     kind("hang a light far from the road", &["vm-04-02/off-road"], |_, map, dice| {
         let id = dice.pick(drivers_lights(map))?;
         let line = map.line(id);

@@ -16,8 +16,8 @@ pub struct StopLine {
     pub way: LineStringId,
     /// Its two ends; of an outline of paint, those of its longest edge.
     pub ends: [Point; 2],
-    /// Whether it comes back to where it begins, as an outline of paint does.
-    pub is_outline: bool,
+    /// The edge that its ends are those of, where it comes back to where it begins, as an outline of paint does.
+    pub edge_of_outline: Option<[PointId; 2]>,
     /// Its height in the middle, metres; 0 where the map has none.
     pub height: f64,
 }
@@ -49,7 +49,7 @@ impl StopLine {
         let points = [end(ends[0])?, end(ends[1])?];
         let ends = points.map(|point| point.position);
         let [a, b] = points.map(|point| point.ele().unwrap_or_default());
-        let line = Self { way: line.id, ends, is_outline: longest.is_some(), height: (a + b) / 2.0 };
+        let line = Self { way: line.id, ends, edge_of_outline: longest, height: (a + b) / 2.0 };
         ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(line)
     }
 

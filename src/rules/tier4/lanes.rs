@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::super::crowd;
 use super::{Issue, Params, issue, layer};
@@ -14,7 +15,7 @@ use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
 use crate::lanelet::placed::{ExactPlaces, SAME_PLACE};
-use crate::lanelet::{Bound, LaneletId};
+use crate::lanelet::{Bound, LaneletId, LineStringId};
 use crate::parallel::InSmallParts;
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
@@ -83,9 +84,15 @@ impl Lanes<'_, '_, '_> {
         let Some(outline) = widened(&self.drawn[at]) else { return (Vec::new(), false) };
         let reach = extent(&outline);
         let ring = polygon::to_geo(&outline);
-        let inside = |other: usize| {
-            let mut bounds = self.drawn[other].iter();
-            bounds.any(|bound| bound.windows(2).all(|pair| lies_in([pair[0], pair[1]], &outline, &ring)))
+        // Many lanelets may have one way as bound.
+        let mut known: FxHashMap<LineStringId, bool> = FxHashMap::default();
+        let mut inside = |other: usize| {
+            let lanelet = view.lanelets[other].lanelet;
+            let mut bounds = [lanelet.left.line, lanelet.right.line].into_iter().zip(&self.drawn[other]);
+            bounds.any(|(way, bound)| {
+                let lies_inside = || bound.windows(2).all(|pair| lies_in([pair[0], pair[1]], &outline, &ring));
+                *known.entry(way).or_insert_with(lies_inside)
+            })
         };
         let strange = |other: usize| {
             let opposite = opposite(seen, &view.lanelets[other]);
