@@ -18,16 +18,29 @@ const SHARE: u64 = 4;
 /// Bytes that are looked at together.
 const BLOCK: usize = 1 << 20;
 
+/// A packed file may be so many times larger unpacked: of OpenStreetMap's XML and of maps gzip makes a tenth.
+const UNPACKED_TIMES: u64 = 40;
+/// A small one may take so many bytes.
+const LEAST_UNPACKED: u64 = 32 << 20;
+
 static MOST: OnceLock<u64> = OnceLock::new();
+/// What somebody has asked for.
+static ASKED: OnceLock<u64> = OnceLock::new();
 
 /// Sets how many bytes the files of a map may take in memory, for the whole program. What was set or asked for before stays.
 pub fn limit_input(bytes: u64) {
     let _ = MOST.set(bytes);
+    let _ = ASKED.set(bytes);
 }
 
 /// How many bytes the files of a map may take in memory, unpacked: what was set, or else a quarter of the memory.
 pub fn most_input() -> u64 {
     *MOST.get_or_init(|| memory().map_or(USUAL, |bytes| bytes / SHARE))
+}
+
+/// How many bytes a packed file may take unpacked: so many that a real one stays far below. What was set for the whole program goes before.
+pub fn most_unpacked(packed: usize) -> u64 {
+    ASKED.get().copied().unwrap_or_else(|| (UNPACKED_TIMES * packed as u64).max(LEAST_UNPACKED))
 }
 
 /// How many bytes may be passed through block by block: what was set, or else the XML of a country.

@@ -3,7 +3,7 @@
 
 use crate::projection::Extent;
 
-use super::limits::{hold, most_input, read_within};
+use super::limits::{hold, most_input, most_unpacked, read_within};
 use super::load::load;
 use super::{OsmData, ReadError, Source, pbf};
 use std::path::{Path, PathBuf};
@@ -82,6 +82,7 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
         return pbf::read(data, name, &bytes, most);
     }
     let packed = bytes.starts_with(&[0x1f, 0x8b]);
+    let most = if packed { most.min(most_unpacked(bytes.len())) } else { most };
     let mut bytes = if packed { unpack(name, &bytes, most)? } else { bytes };
     if bytes.len() as u64 > most {
         return Err(ReadError::TooLarge { name: name.to_owned(), most });
