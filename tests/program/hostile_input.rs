@@ -71,6 +71,9 @@ fn bomb(file: &Path, head: &str, filling: &[u8], tail: &str) {
 
 const LONG: &[&str] = &["no node, way or relation begins within 64 MB", "damaged, or made to fill the memory"];
 
+/// What is said of a packed file that is larger unpacked than any map.
+const UNPACKED: &[&str] = &["takes more than", "--max-input SIZE allows more"];
+
 #[test]
 fn blanks_are_refused_by_every_verb() {
     let dir = tempfile::tempdir().unwrap();
@@ -87,7 +90,8 @@ fn blanks_are_refused_by_every_verb() {
         &["project", "infer", "blanks.osm.gz"],
         &["merge", "blanks.osm.gz", "-o", "whole"],
     ] {
-        refuses(dir.path(), arguments, LONG);
+        refuses(dir.path(), arguments, UNPACKED);
+        refuses(dir.path(), &[&["--max-input", "4GB"], arguments].concat(), LONG);
     }
     // Passed through block by block.
     refuses(dir.path(), &["split", "blanks.osm.gz", "-o", "cells"], &["blanks.osm.gz"]);
@@ -106,8 +110,9 @@ fn an_element_that_does_not_end_is_refused() {
         ("<osm><!--", b"-"),
     ] {
         bomb(&file, head, filling, "</osm>\n");
-        refuses(dir.path(), &["check", "map.osm.gz"], LONG);
-        refuses(dir.path(), &["build", "map.osm.gz", "-o", "out"], LONG);
+        refuses(dir.path(), &["check", "map.osm.gz"], UNPACKED);
+        refuses(dir.path(), &["--max-input", "4GB", "check", "map.osm.gz"], LONG);
+        refuses(dir.path(), &["--max-input", "4GB", "build", "map.osm.gz", "-o", "out"], LONG);
     }
     // Not packed: zeros that take no room on the disk.
     File::create(dir.path().join("map.osm")).unwrap().set_len(BOMB).unwrap();

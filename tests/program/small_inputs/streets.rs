@@ -43,6 +43,7 @@ pub const STEEP: &[Kind] = &[
     Kind { name: "web", size: 40, draw: web },
     Kind { name: "two hubs", size: 300, draw: two_hubs },
     Kind { name: "rings in rings", size: 400, draw: rings_in_rings },
+    Kind { name: "spiral ramps", size: 90, draw: spiral_ramps },
     Kind { name: "streets at random", size: 100, draw: streets_at_random },
 ];
 
@@ -75,6 +76,25 @@ fn stars(out: &mut Sketch, size: usize) {
             let end = out.node((x + east, north));
             out.way(&[middle, end], STREET);
         }
+    }
+}
+
+/// Ramps that wind up thirty times, each round a bridge of its own.
+fn spiral_ramps(out: &mut Sketch, size: usize) {
+    const ROUNDS: usize = 30;
+    let mut last = 0;
+    for round in 0..size {
+        let (east, layer) = (200.0 * (round / ROUNDS) as f64, (round % ROUNDS).to_string());
+        let place = |at: usize| {
+            let (x, y) = around(turn(at, 6), 20.0);
+            (east + x, y)
+        };
+        if round % ROUNDS == 0 {
+            last = out.node(place(0));
+        }
+        let nodes: Vec<i64> = std::iter::once(last).chain((1..=6).map(|at| out.node(place(at)))).collect();
+        last = nodes[6];
+        out.way(&nodes, &[("highway", "service"), ("bridge", "yes"), ("layer", layer.as_str())]);
     }
 }
 

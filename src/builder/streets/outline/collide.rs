@@ -70,6 +70,9 @@ fn comes_first(a: &ThickenedArm, b: &ThickenedArm) -> bool {
     by_place(p, r).then(by_place(q, s)).then(wide.total_cmp(&other)).is_le()
 }
 
+/// Edges of two roads cross this often at most; those of real roads do so once or twice.
+const MOST_CROSSINGS: usize = 100;
+
 fn edge_crossings(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
@@ -77,7 +80,13 @@ fn edge_crossings(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
             if !touch(&a.bounds(sa), &b.bounds(sb)) {
                 continue;
             }
-            for (along_a, along_b, point) in crossings_within(a.edge(sa), b.edge(sb), b.bounds(sb)) {
+            let mut crossed = crossings_within(a.edge(sa), b.edge(sb), b.bounds(sb));
+            // Spirals cross each other thousands of times; only what is joined to the intersection counts.
+            if crossed.len() > MOST_CROSSINGS {
+                crossed.sort_by(|one, other| (one.0 + one.1).total_cmp(&(other.0 + other.1)));
+                crossed.truncate(MOST_CROSSINGS);
+            }
+            for (along_a, along_b, point) in crossed {
                 let stations = [a, b].map(|arm| arm.line.project(point).station);
                 found.push(Collision { point, a: sa, b: sb, stations, along: [along_a, along_b] });
             }
@@ -107,21 +116,19 @@ pub fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
 /// As [`crossings`], with the bounding box of the second line.
 fn crossings_within(a: &Polyline, b: &Polyline, [low, high]: Bounds) -> Vec<(f64, f64, Point)> {
     let mut found = Vec::new();
+    let (mut before_a, mut before_b) = (None, None);
     for (i, (p, q)) in a.segments().enumerate().filter(|(_, (p, q))| boxes_touch(*p, *q, low, high)) {
         for (j, (r, s)) in b.segments().enumerate() {
             if boxes_touch(p, q, r, s)
                 && let Some((t, u, point)) = segment_crossing(p, q, r, s)
             {
-                found.push((along(a, i) + t * (q - p).norm(), along(b, j) + u * (s - r).norm(), point));
+                let along_a = before_a.get_or_insert_with(|| a.stations())[i] + t * (q - p).norm();
+                let along_b = before_b.get_or_insert_with(|| b.stations())[j] + u * (s - r).norm();
+                found.push((along_a, along_b, point));
             }
         }
     }
     found
-}
-
-/// The length of the first segments of a line, metres.
-fn along(line: &Polyline, segments: usize) -> f64 {
-    line.segments().take(segments).fold(0.0, |sum, (p, q)| sum + (q - p).norm())
 }
 
 /// Whether the bounding boxes of two segments touch.
