@@ -36,42 +36,33 @@ struct Tagged<'m> {
     is_centerline: bool,
 }
 
-impl<'m> Tagged<'m> {
-    const fn new(on: On, subject: Subject, tags: &'m Attributes) -> Self {
-        Self { on, subject, tags, is_centerline: false }
-    }
+/// The primitives of a layer, each with what it is, its id and its tags.
+fn tagged<'m, T: Sync>(
+    layer: &'m [T],
+    parts: impl Fn(&'m T) -> (On, Subject, &'m Attributes) + Send + Sync,
+) -> impl ParallelIterator<Item = Tagged<'m>> {
+    layer.par_iter().in_small_parts().map(move |it| {
+        let (on, subject, tags) = parts(it);
+        Tagged { on, subject, tags, is_centerline: false }
+    })
 }
 
 fn tags(map: &MapIndex) -> Vec<Finding> {
     let (between, bulbs) = (lines_between_lanes(map), bulbs(map));
     let all = map.map;
-    let points = all.points.as_slice().par_iter().in_small_parts();
-    let points = points.map(|it| Tagged::new(On::Point, Subject::Point(it.id.0), it.attributes()));
+    let points = tagged(all.points.as_slice(), |it| (On::Point, Subject::Point(it.id.0), it.attributes()));
     let centerlines: FxHashSet<LineStringId> = all.lanelets.iter().filter_map(|lanelet| lanelet.centerline).collect();
-    let lines = all.linestrings.as_slice().par_iter().in_small_parts().map(|it| Tagged {
-        is_centerline: centerlines.contains(&it.id) && map.users_of(it.id).is_empty(),
-        ..Tagged::new(On::LineString, Subject::LineString(it.id.0), &it.attributes)
+    let lines = tagged(all.linestrings.as_slice(), |it| (On::LineString, Subject::LineString(it.id.0), &it.attributes));
+    let lines = lines.map(|it| {
+        let id = LineStringId(it.subject.id().unwrap_or_default());
+        Tagged { is_centerline: centerlines.contains(&id) && map.users_of(id).is_empty(), ..it }
     });
-    let polygons = all
-        .polygons
-        .as_slice()
-        .par_iter()
-        .in_small_parts()
-        .map(|it| Tagged::new(On::Polygon, Subject::Polygon(it.id.0), &it.attributes));
-    let lanelets = all
-        .lanelets
-        .as_slice()
-        .par_iter()
-        .in_small_parts()
-        .map(|it| Tagged::new(On::Lanelet, Subject::Lanelet(it.id.0), &it.attributes));
-    let elements = all
-        .regulatory_elements
-        .as_slice()
-        .par_iter()
-        .in_small_parts()
-        .map(|it| Tagged::new(On::Element, Subject::RegulatoryElement(it.id.0), &it.attributes));
-    let areas =
-        all.areas.as_slice().par_iter().map(|it| Tagged::new(On::Area, Subject::Relation(it.id.0), &it.attributes));
+    let polygons = tagged(all.polygons.as_slice(), |it| (On::Polygon, Subject::Polygon(it.id.0), &it.attributes));
+    let lanelets = tagged(all.lanelets.as_slice(), |it| (On::Lanelet, Subject::Lanelet(it.id.0), &it.attributes));
+    let elements = tagged(all.regulatory_elements.as_slice(), |it| {
+        (On::Element, Subject::RegulatoryElement(it.id.0), &it.attributes)
+    });
+    let areas = tagged(all.areas.as_slice(), |it| (On::Area, Subject::Relation(it.id.0), &it.attributes));
     let primitives = points.chain(lines).chain(polygons).chain(lanelets).chain(elements).chain(areas);
     // Of these, other rules judge more.
     let known = |subject: Subject| match subject {
@@ -112,7 +103,7 @@ fn tag(it: &Tagged, is_known: bool, key: &str, value: &str) -> Option<Finding> {
     let about = it.subject;
     let set = |value: &str| Edit::SetTag { on: about, key: key.into(), value: value.into() };
     if let Slip::Key(meant) = slip {
-        // `{:?}` would write out what may steer a terminal; the reports do.
+        // Unquoted, nobody would see the blank.
         let message = match key.trim() == meant {
             true => format!("{} has the key \"{key}\" with a blank; did you mean {meant}?", name(about)),
             false => format!("{} has the key {key}, which nothing reads; did you mean {meant}?", name(about)),

@@ -25,7 +25,7 @@ const SHORTEST: f64 = 0.5;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let reach = Reach { apart: params.apart, share: params.share };
-    // A turn belongs to an intersection, be no area drawn around it; and a stub, of which health/zero-length tells, lies beside nothing.
+    // A turn belongs to an intersection, be no area drawn around it; and a stub is no stretch of road that others could be cut like.
     let turns = |at: usize| matches!(map.turn_direction(at), Some(TurnDirection::Left | TurnDirection::Right));
     let is_stretch = |at: usize| map.lanes[at].length() >= SHORTEST;
     let outside =

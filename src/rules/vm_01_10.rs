@@ -1,12 +1,13 @@
 //! vm-01-10: a centre line runs from edge to edge inside its lanelet.
 
+use rustc_hash::FxHashMap;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
-use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
+use crate::lanelet::{LineStringId, Point};
 
 use super::centerline_ends::moved_onto;
 
@@ -26,10 +27,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         return Vec::new();
     }
     let view = map.view();
-    view.lanelets.iter().flat_map(|seen| judge(view, params, seen)).collect()
+    let mut users: FxHashMap<LineStringId, usize> = FxHashMap::default();
+    view.map.lanelets.iter().filter_map(|lanelet| lanelet.centerline).for_each(|id| *users.entry(id).or_default() += 1);
+    view.lanelets.iter().flat_map(|seen| judge(view, params, seen, &users)).collect()
 }
 
-fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
+/// Judges the centre line of a lanelet; `users` counts the lanelets of each such line.
+fn judge(view: &View, params: &Params, seen: &Seen, users: &FxHashMap<LineStringId, usize>) -> Vec<Finding> {
     let line = seen.lanelet.centerline.and_then(|id| view.map.linestrings.get(id));
     let (Some(line), Some([start, end])) = (line, seen.ends()) else { return Vec::new() };
     let points = view.points(line);
@@ -46,9 +50,8 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
     if far > params.planar_threshold && turned <= params.planar_threshold.max(NEARLY).min(far / 2.0) {
         let message = format!("Centre line {id} of lanelet {name} runs against it: it begins where the lanelet ends.");
         let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
-        let is_alone = view.map.lanelets.iter().filter(|lanelet| lanelet.centerline == Some(id)).count() == 1;
         let edits = vec![Edit::ReverseWay { way: Subject::LineString(id.0) }];
-        findings.push(match is_alone {
+        findings.push(match users.get(&id) == Some(&1) {
             true => finding.fixed_by("turn it around", false, edits),
             false => finding,
         });

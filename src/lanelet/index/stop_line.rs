@@ -41,10 +41,11 @@ impl StopLine {
     pub fn of(map: &MapIndex, line: &LineString) -> Option<Self> {
         let end = |id| map.map.points.get(id).filter(|point| point.position.coords.iter().all(|c| c.is_finite()));
         let mut ends = [*line.points.first()?, *line.points.last()?];
-        let length = |[a, b]: [PointId; 2]| Some((end(b)?.position - end(a)?.position).norm());
+        // Without one of its nodes, an edge has no length.
+        let length = |[a, b]: [PointId; 2]| end(a).zip(end(b)).map_or(0.0, |(a, b)| (b.position - a.position).norm());
         let edges = line.points.windows(2).map(|pair| [pair[0], pair[1]]);
-        let longest = edges.max_by(|a, b| length(*a).unwrap_or_default().total_cmp(&length(*b).unwrap_or_default()));
-        let longest = longest.filter(|edge| length(*edge) > length(ends).map(|length| length * OUTLINE));
+        let longest = edges.max_by(|a, b| length(*a).total_cmp(&length(*b)));
+        let longest = longest.filter(|edge| length(*edge) > OUTLINE * length(ends));
         ends = longest.unwrap_or(ends);
         let points = [end(ends[0])?, end(ends[1])?];
         let ends = points.map(|point| point.position);
