@@ -4,7 +4,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::fixes_by_place::keys;
 use super::text_edits::{Key, key_of};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Diagnostic, Edit, Severity, Subject};
 
 /// A finding about more elements than this is about a group; others are about one element and its neighbour.
 const MANY: usize = 2;
@@ -36,8 +36,11 @@ impl FindingCounts {
         let mut counts = Self::default();
         for one in found {
             *counts.of_each.entry(kind(one)).or_default() += 1;
-            if !one.finding.related.is_empty() {
-                counts.spoken_of.entry((one.severity, one.code.clone())).or_default().push(keys(one).collect());
+            // A finding about hundreds of elements names just the first of them; its fix names all.
+            let edited = one.finding.fix.iter().flat_map(|fix| fix.edits.iter().filter_map(changed)).filter_map(key_of);
+            let elements: FxHashSet<Key> = keys(one).chain(edited).collect();
+            if elements.len() > MANY {
+                counts.spoken_of.entry((one.severity, one.code.clone())).or_default().push(elements);
             }
         }
         counts
@@ -71,9 +74,17 @@ impl FindingCounts {
             }
             _ => !spoken_of
                 .get(&(one.severity, one.code.clone()))
-                .is_some_and(|sets| sets.iter().any(|set| set.len() > MANY && keys(one).all(|key| set.contains(&key)))),
+                .is_some_and(|sets| sets.iter().any(|set| keys(one).all(|key| set.contains(&key)))),
         };
         found.into_iter().filter(is_new).collect()
+    }
+}
+
+/// The element of which an edit changes the tags or the id.
+const fn changed(edit: &Edit) -> Option<Subject> {
+    match edit {
+        Edit::SetTag { on, .. } | Edit::RemoveTag { on, .. } | Edit::Renumber { on, .. } => Some(*on),
+        _ => None,
     }
 }
 

@@ -305,9 +305,9 @@ pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding>
                 findings.push(finding.fixed_by(format!("let lanelet {id} refer to it"), true, edits));
             }
         }
-        // Lanelet2's own convention lets those who give way refer to the element, too; that does no harm where it works.
-        let works = own.iter().any(|id| map.referrers(element.id).contains(id));
-        let gives_way = |id: &LaneletId| works && element.lanelets("yield").any(|other| other == *id);
+        // Lanelet2's own convention lets those who give way refer to the element, too. That does no harm; where those who have the right
+        // of way do not, that is told above.
+        let gives_way = |id: &LaneletId| !own.is_empty() && element.lanelets("yield").any(|other| other == *id);
         let strangers = map.referrers(element.id).iter().filter(|id| !own.contains(id) && !gives_way(id));
         for &id in strangers.filter(|id| meant(id)) {
             let message = format!(

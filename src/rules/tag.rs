@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
@@ -12,11 +12,11 @@ use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, 
 use crate::parallel::InSmallParts;
 use crate::text::{SourceSpan, Text, counted, misspelt, rearranged};
 
-use super::NoParams;
 use super::load::name;
 use super::signal::RELATION;
 use super::vm_01_02::lines_between_lanes;
 use super::vm_07_02;
+use super::{NoParams, crowd};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = tags(map);
@@ -70,13 +70,51 @@ fn tags(map: &MapIndex) -> Vec<Finding> {
         Subject::Point(id) => bulbs.contains(&PointId(id)),
         _ => false,
     };
-    primitives
+    let found: Vec<(Option<Slipped>, Finding)> = primitives
         .flat_map_iter(|it| {
             let is_known = known(it.subject);
-            let slips = it.tags.iter().filter_map(|(key, value)| tag(&it, is_known, key, value));
-            slips.chain(twice(&it)).collect::<Vec<_>>()
+            let slips = it.tags.iter().filter_map(|(key, value)| {
+                let finding = tag(&it, is_known, key, value)?;
+                let value = if finding.fault == "key" { "" } else { value };
+                Some((Some((it.on, finding.fault, key, value, finding.fix.is_some())), finding))
+            });
+            slips.chain(twice(&it).into_iter().map(|finding| (None, finding))).collect::<Vec<_>>()
         })
-        .collect()
+        .collect();
+    told_once(found)
+}
+
+/// A slip of one kind: where, which fault, the key, the value where it matters, and whether it can be mended.
+type Slipped<'m> = (On, &'static str, &'m str, &'m str, bool);
+
+/// A slip that stands on more primitives than a reader looks at came from a program: one finding tells of all, and mends all.
+fn told_once(found: Vec<(Option<Slipped>, Finding)>) -> Vec<Finding> {
+    let mut counts: FxHashMap<Slipped, usize> = FxHashMap::default();
+    found.iter().filter_map(|(slipped, _)| *slipped).for_each(|one| *counts.entry(one).or_default() += 1);
+    let mut findings: Vec<Finding> = Vec::new();
+    let mut groups: FxHashMap<Slipped, usize> = FxHashMap::default();
+    for (slipped, mut finding) in found {
+        let Some((slipped, count)) = slipped.and_then(|one| Some((one, *counts.get(&one)?))) else {
+            findings.push(finding);
+            continue;
+        };
+        if count <= crowd::MOST {
+            findings.push(finding);
+        } else if let Some(group) = groups.get(&slipped).and_then(|&at| findings.get_mut(at)) {
+            let edits = finding.fix.map(|fix| fix.edits);
+            if let Some((all, own)) = group.fix.as_mut().zip(edits) {
+                all.edits.extend(own);
+            }
+        } else {
+            finding.message = format!("{} So it stands {count} times.", finding.message);
+            if let Some(fix) = &mut finding.fix {
+                fix.title = format!("{} on all {count}", fix.title);
+            }
+            groups.insert(slipped, findings.len());
+            findings.push(finding);
+        }
+    }
+    findings
 }
 
 /// Keys that stand in one primitive more than once, with different values.
@@ -241,9 +279,18 @@ fn unread<'m>(
     })
 }
 
+/// A role that is the beginning of one word has at least this number of letters.
+const SHORTEST_BEGINNING: usize = 4;
+
+/// The role that was meant by one that nothing reads.
 fn meant(of: &str, role: &str) -> Option<&'static str> {
     let words = || roles(of).into_iter().flatten().map(String::as_str);
-    misspelt(role, words()).or_else(|| rearranged(role, words()))
+    // What somebody cut short.
+    let begun = || {
+        let mut longer = words().filter(|word| role.len() >= SHORTEST_BEGINNING && word.starts_with(role));
+        longer.next().filter(|_| longer.next().is_none())
+    };
+    misspelt(role, words()).or_else(|| rearranged(role, words())).or_else(begun)
 }
 
 fn misspelt_roles(map: &MapIndex) -> Vec<Finding> {

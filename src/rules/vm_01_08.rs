@@ -16,13 +16,17 @@ pub struct Params {
     reach: f64,
 }
 
+/// A border this near to a bound, metres, is drawn along it.
+const ON_BORDER: f64 = 0.05;
 /// Steps along a bound between measurements, metres.
 const MEASURED_EVERY: f64 = 5.0;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let borders = Borders::of(map);
     let lanes = (0..map.lanes.len()).filter(|&at| map.lanes[at].is_for_cars());
-    let outside = lanes.filter(|&at| map.intersections_of(at).is_empty());
+    // Where lanes branch or join, the kerb leads from road to road and not along a lane.
+    let branches = |at: usize| map.siblings(at).next().is_some() || map.ending_at(map.lanes[at].end.ids).len() > 1;
+    let outside = lanes.filter(|&at| map.intersections_of(at).is_empty() && !branches(at));
     outside.flat_map(|at| [0, 1].map(|side| judge(map, params, &borders, at, side))).flatten().collect()
 }
 
@@ -62,7 +66,8 @@ fn judge(map: &MapIndex, params: &Params, borders: &Borders, at: usize, side: us
     hits.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (far, border, place) = hits[hits.len() / 2];
     let [low, high] = params.distance;
-    if (low..=high).contains(&far) {
+    // Where a border runs along the bound itself, it is that bound that ends the road.
+    if (low..=high).contains(&far) || far < ON_BORDER {
         return None;
     }
     let limit = if far < low { low } else { high };

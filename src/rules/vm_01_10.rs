@@ -7,7 +7,7 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
-use crate::lanelet::{LineStringId, Point};
+use crate::lanelet::{Condition, LineStringId, Point};
 
 use super::centerline_ends::moved_onto;
 
@@ -19,6 +19,9 @@ pub struct Params {
     height_threshold: f64,
 }
 
+/// The share (1) of a map that is mirrored for which this is told once, and how many centre lines it takes.
+const NEARLY_ALL: f64 = 0.9;
+const FEWEST: usize = 5;
 /// An end of a centre line that is no farther from an edge of its lanelet than this, metres, is meant for that edge.
 const NEARLY: f64 = 0.5;
 
@@ -29,7 +32,34 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let view = map.view();
     let mut users: FxHashMap<LineStringId, usize> = FxHashMap::default();
     view.map.lanelets.iter().filter_map(|lanelet| lanelet.centerline).for_each(|id| *users.entry(id).or_default() += 1);
-    view.lanelets.iter().flat_map(|seen| judge(view, params, seen, &users)).collect()
+    let findings: Vec<Finding> = view.lanelets.iter().flat_map(|seen| judge(view, params, seen, &users)).collect();
+    match mirrored(map, &findings, users.len()) {
+        Some(finding) => {
+            let others = findings.into_iter().filter(|one| one.fault != "backwards");
+            std::iter::once(finding).chain(others).collect()
+        }
+        None => findings,
+    }
+}
+
+/// One finding in place of hundreds where nearly all lanelets run against their centre lines and against both their bounds: so looks a
+/// map of which one axis was not turned around, such as CARLA's, or of which left and right were exchanged.
+fn mirrored(map: &MapIndex, findings: &[Finding], all: usize) -> Option<Finding> {
+    let backwards: Vec<&Finding> = findings.iter().filter(|one| one.fault == "backwards").collect();
+    let lanelets = map.map.lanelets.len();
+    let turned =
+        map.faults.iter().filter(|fault| matches!(fault.condition, Condition::BothBoundsTurned { .. })).count();
+    let nearly = |count: usize, all: usize| count as f64 > NEARLY_ALL * all as f64;
+    if backwards.len() < FEWEST || !nearly(backwards.len(), all) || !nearly(turned, lanelets) {
+        return None;
+    }
+    let message = format!(
+        "{} of {all} centre lines and the bounds of {turned} of {lanelets} lanelets run against them: the map is a mirror image, \
+         or left and right are exchanged.",
+        backwards.len()
+    );
+    let finding = Finding::new("mirrored", Subject::Map, message);
+    Some(finding.with(backwards.first()?.subject, "first"))
 }
 
 /// Judges the centre line of a lanelet; `users` counts the lanelets of each such line.
@@ -49,7 +79,7 @@ fn judge(view: &View, params: &Params, seen: &Seen, users: &FxHashMap<LineString
     // A line that only runs the other way has its ends where they belong, or nearly so.
     if far > params.planar_threshold && turned <= params.planar_threshold.max(NEARLY).min(far / 2.0) {
         let message = format!("Centre line {id} of lanelet {name} runs against it: it begins where the lanelet ends.");
-        let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
+        let finding = finding("backwards", message).measured(far, params.planar_threshold, "m");
         let edits = vec![Edit::ReverseWay { way: Subject::LineString(id.0) }];
         findings.push(match users.get(&id) == Some(&1) {
             true => finding.fixed_by("turn it around", false, edits),

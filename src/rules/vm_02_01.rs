@@ -54,6 +54,14 @@ fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
         return Some(finding("askew", best, message).measured(best.askew, params.askew, "deg"));
     }
     // The lane that it crosses most is the one that it is meant for.
+    let beside;
+    let crossed = match crossed.is_empty() {
+        true => {
+            beside = beside_its_lanes(map, line);
+            &beside
+        }
+        false => &crossed,
+    };
     let widest = crossed.iter().max_by(|a, b| a.span.total_cmp(&b.span)).filter(|one| one.span < params.span)?;
     let (id, percent) = (map.lanes[widest.lane].id, widest.span * 100.0);
     let message = format!("Stop line {} spans only {percent:.0} % of the width of lanelet {id}.", line.way);
@@ -65,6 +73,15 @@ fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
     ))
 }
 
+/// The lanes that would cross a line if it were longer, and of which elements name it.
+fn beside_its_lanes(map: &MapIndex, line: &StopLine) -> Vec<StopLineCrossing> {
+    let mut found = stop_line_crossings::crossings(map, line, BESIDE);
+    found.retain(|one| stops_at(map, &map.lanes[one.lane], line));
+    found
+}
+
+/// A line this near (m) to the middle of a lane that stops at it was drawn for it.
+const BESIDE: f64 = 5.0;
 /// A bound farther (m) along a line is not that of the lane which it crosses.
 const BOUND_ALONG_LINE: f64 = 10.0;
 /// An end this near (m) to a bound, or beyond it, stays where it is.

@@ -213,15 +213,15 @@ fn is_too_large(intersection: &Unmarked) -> bool {
 }
 
 /// An intersection without an area, with what marks it, or why no area is drawn.
-struct Bare {
-    intersection: Unmarked,
+struct Bare<'i> {
+    intersection: &'i Unmarked,
     fix: Result<Fix, Option<Undrawn>>,
 }
 
 /// The intersections without an area.
 struct UnmarkedIntersections<'i, 'm> {
     map: &'i MapIndex<'m>,
-    all: Vec<Bare>,
+    all: Vec<Bare<'i>>,
     by_lane: FxHashMap<usize, usize>,
 }
 
@@ -243,11 +243,11 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
             Ok(Fix { title, safe: false, edits: marking(map, &lanes, &outline) })
         };
         let fixes: Vec<Result<Fix, Option<Undrawn>>> = all.par_iter().in_small_parts().map(fix).collect();
-        let all = all.into_iter().zip(fixes).map(|(intersection, fix)| Bare { intersection, fix });
+        let all = all.iter().zip(fixes).map(|(intersection, fix)| Bare { intersection, fix });
         Self { map, all: all.collect(), by_lane }
     }
 
-    fn of_lane(&self, lane: usize) -> Option<&Bare> {
+    fn of_lane(&self, lane: usize) -> Option<&Bare<'i>> {
         self.all.get(*self.by_lane.get(&lane)?)
     }
 
@@ -259,6 +259,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
     }
 
     fn unmarked(&self, Bare { intersection, fix }: &Bare) -> Option<Finding> {
+        let intersection = *intersection;
         let ids: Vec<i64> = intersection.lanes.iter().map(|&lane| self.map.lanes[lane].id.0).collect();
         let [first, rest @ ..] = &ids[..] else { return None };
         let ground = if intersection.private { " on private ground" } else { "" };

@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::lanelet::index::{Intersection, Lane, MapIndex, allows_lane_change};
+use crate::lanelet::index::{Intersection, Lane, MapIndex, Unmarked, allows_lane_change};
 use crate::lanelet::{Attributes, LineString, LineStringId, TurnDirection};
 
 use super::routing_moves::RoutingMoves;
@@ -23,6 +23,11 @@ pub struct Params {
     default_speed: f64,
 }
 
+/// A label is forgotten where this many lanelets have one for each that has none.
+const FEW_OF: usize = 3;
+/// A lane that turns by this, degrees, or more to one side does not turn off to the other one.
+const MOST_OUT_OF_A_BEND: f64 = 75.0;
+
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = Vec::new();
     for lanelet in &map.map.lanelets {
@@ -33,7 +38,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             let message = format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
             let finding = Finding::new("turn-invalid", subject, message);
             findings.push(match map.lane(lanelet.id) {
-                Some(lane) => relabelled(map, params, lane, finding),
+                Some(lane) => worded(map, params, lane, value, finding),
                 None => finding,
             });
         }
@@ -56,7 +61,20 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
     }
     findings.extend(map.intersections.iter().filter_map(|one| painted_bounds(map, one)));
+    findings.extend(map.unmarked_intersections().iter().flat_map(|one| forgotten_labels(map, params, one)));
     findings
+}
+
+/// Adds what mends a label that is no word: the label that fits, or none where no lanes meet. That a label was there may tell that an
+/// intersection was to be drawn, unless it is empty.
+fn worded(map: &MapIndex, params: &Params, at: usize, value: &str, finding: Finding) -> Finding {
+    let is_inside = !map.intersections_of(at).is_empty() || map.meets_others(at);
+    if is_inside {
+        return relabelled(map, params, at, finding);
+    }
+    let on = Subject::Lanelet(map.lanes[at].id.0);
+    let edits = vec![Edit::RemoveTag { on, key: "turn_direction".into() }];
+    finding.fixed_by("remove the tag turn_direction", value.trim().is_empty(), edits)
 }
 
 fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
@@ -83,6 +101,8 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     };
     let severity = match label {
         TurnDirection::Straight => (toward < -params.surely_turning).then_some(Severity::Warning),
+        // Out of a ring that bends the other way, beside a lane that goes on in it.
+        _ if toward < -params.surely_turning && leaves_a_bend(map, params, at, label) => None,
         _ if toward < -params.surely_turning => Some(Severity::Error),
         _ => (turn.abs() < params.surely_straight).then_some(Severity::Warning),
     }?;
@@ -94,6 +114,50 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let limit = if turn.abs() < params.surely_straight { params.surely_straight } else { params.surely_turning };
     let finding = Finding::new("turn-mismatch", subject, message).measured(turn, limit, "deg").graded(severity);
     Some(relabelled(map, params, at, finding))
+}
+
+/// The lanelets that alone do not say where they turn at an intersection without an area.
+fn forgotten_labels(map: &MapIndex, params: &Params, intersection: &Unmarked) -> Vec<Finding> {
+    let says = |lane: &usize| map.turn_direction(*lane).is_some();
+    let labelled = intersection.lanes.iter().filter(|lane| says(lane)).count();
+    let is_missing =
+        |lane: &usize| !map.lanes[*lane].lanelet.attributes.has("turn_direction") && map.lanes[*lane].is_for_cars();
+    let missing: Vec<usize> = intersection.lanes.iter().copied().filter(is_missing).collect();
+    // Where most say nothing, nobody meant them to: vm-03-01 tells of the intersection.
+    if missing.len() * FEW_OF > labelled {
+        return Vec::new();
+    }
+    let takes_part = |lane: &usize| map.meets_others(*lane) && !map.begins_in_a_point(*lane);
+    let told = missing.into_iter().filter(takes_part).map(|lane| {
+        let id = map.lanes[lane].id;
+        let message = format!(
+            "Lanelet {id} has no turn_direction, as {labelled} others have that cross or join there (it turns {}).",
+            degrees(map.lanes[lane].turn())
+        );
+        // Who turns across others without watching them does most harm.
+        let turn = map.lanes[lane].turn();
+        let crosses = intersection.crossed && turn.abs() > params.surely_turning;
+        let is_far =
+            map.side.side.is_none_or(|side| side.far_turn() == map.label_for(turn, params.straight, params.u_turn));
+        let severity = if crosses && is_far { Severity::Error } else { Severity::Warning };
+        let finding = Finding::new("turn-forgotten", Subject::Lanelet(id.0), message).graded(severity);
+        match &map.lanes[lane].center {
+            Some(center) => finding.at(Place::Line(center.points().to_vec())),
+            None => finding,
+        }
+    });
+    told.collect()
+}
+
+/// Whether a lane bends less to the other side than one that begins on the same nodes: so it turns off from that one.
+fn leaves_a_bend(map: &MapIndex, params: &Params, at: usize, label: TurnDirection) -> bool {
+    let turn = map.lanes[at].turn();
+    turn.abs() < MOST_OUT_OF_A_BEND
+        && map.siblings(at).any(|other| {
+            let off = turn - map.lanes[other].turn();
+            let toward = if label == TurnDirection::Left { off } else { -off };
+            toward > params.surely_straight
+        })
 }
 
 /// A turn in whole degrees, with its side: positive ones are to the left.

@@ -26,8 +26,12 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         for arm in &intersection.arms {
             let inward = arm.edges.iter().filter(|edge| edge.inward);
             for edge in inward.clone() {
-                let starts = edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane));
-                findings.extend(one_for_the_entrance(map, starts.collect()));
+                let mut starts: Vec<Finding> =
+                    edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane)).collect();
+                if edge.lanes.iter().all(|&lane| is_free(map, arm, lane)) {
+                    starts.retain(|finding| finding.fault != "no-stop-line" || finding.fix.is_some());
+                }
+                findings.extend(one_for_the_entrance(map, starts));
             }
             // A line on which its own lanes do not start tells nothing about the exits.
             let aligned = |edge: &ArmEdge| {
@@ -42,6 +46,16 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Whether nobody waits before a lanelet: no other lane meets it but those from the same arm, and neither a light nor a crosswalk is
+/// there. So it is where one road divides.
+fn is_free(map: &MapIndex, arm: &Arm, lane: usize) -> bool {
+    let same = |other: usize| arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&other));
+    let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
+    let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !same(other);
+    !map.conflicts[lane].iter().any(|one| one.real && meets(one.other))
+        && !["traffic_light", "crosswalk", "traffic_sign"].into_iter().any(is_ruled)
 }
 
 /// The findings of lanelets that start at one place, those without any stop line there as one.

@@ -1,6 +1,7 @@
 //! vm-07-08: outside intersections lanes do not lie on each other.
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -23,7 +24,7 @@ pub struct Params {
 const OPPOSITE: f64 = 150.0;
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-    let mut findings = Vec::new();
+    let (mut findings, mut pairs) = (Vec::new(), Vec::new());
     let street = |at: usize| {
         let lane = &map.lanes[at];
         lane.kind == RoadType::Road
@@ -49,9 +50,18 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
                 continue;
             }
-            findings.push(finding(map, params, at, conflict));
+            pairs.push(([at, conflict.other], finding(map, params, at, conflict)));
         }
     }
+    // Of an intersection without an area, vm-03-01 tells with all its lanelets.
+    if !pairs.is_empty() {
+        let unmarked = map.unmarked_intersections();
+        let members = unmarked.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
+        let of_lane: FxHashMap<usize, usize> = members.collect();
+        let meet = |[a, b]: &[usize; 2]| of_lane.get(a).is_some_and(|one| of_lane.get(b) == Some(one));
+        pairs.retain(|(lanes, _)| !meet(lanes));
+    }
+    findings.extend(pairs.into_iter().map(|(_, finding)| finding));
     findings
 }
 

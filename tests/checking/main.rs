@@ -32,6 +32,7 @@ mod planner_readme;
 mod projections;
 mod routes;
 mod rules;
+mod said_of_strangers;
 mod shapes_of_strangers;
 mod strangers_maps;
 mod tier4_conformance;

@@ -81,6 +81,8 @@ const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
         3,
         "a light that moves leaves the two lanelets behind the line for the one before",
     ),
+    ("vm-01-10/bad-mirrored", 5, "all lanelets of the map have left and right exchanged"),
+    ("vm-01-20/bad-foreign-word", 2, "both lanelets beside the road have the word"),
     ("vm-04-02/bad-exchanged", 2, "two elements exchange their lights"),
     ("load/bad-format-version-word", 2, "formats 1 and 2 differ where both lanelets are bicycle lanes"),
     ("node/bad-coordinate-metres", 9, "all latitudes and longitudes are metres"),

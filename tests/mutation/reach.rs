@@ -25,6 +25,11 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     ("of three lanes drawn anew together", &["health/fan"]),
+    ("a lanelet drawn in a way that no mutation draws", &["health/very-short", "health/bounds-apart"]),
+    (
+        "the sample maps have no centre lines, no word that Lanelet2 alone reads, and no intersection without an area",
+        &["vm-01-10/backwards", "vm-01-10/mirrored", "vm-01-20/foreign-word", "vm-03-02/turn-forgotten"],
+    ),
     ("of bends that the sample maps do not have", &["load/align-heights"]),
     ("of the text, before it is a map", &["load/passed-over", "parts/blank-start"]),
     (

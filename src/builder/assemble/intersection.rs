@@ -138,7 +138,13 @@ impl<'a> IntersectionAssembly<'a> {
             (self.context.network.side, intersection_key("intersection area", intersection).word("arm"));
         let ground =
             LightGround { rings: vec![outline.places.clone()], lanelets: self.car_lanelets(paths).collect(), arms };
-        for (i, arm) in arms.iter().enumerate() {
+        let crossings = self.context.crossings;
+        // Where one road divides and nobody else comes, nobody waits.
+        let watches = |i: usize| {
+            let alone = paths.iter().all(|path| path.movement.from == i);
+            controls[i] != Control::None || crossings.at(arms[i].at).next().is_some() || !alone
+        };
+        for (i, arm) in arms.iter().enumerate().filter(|(i, _)| watches(*i)) {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
             controlled.draw(&mut self.assembly, key, &ground);

@@ -50,6 +50,8 @@ pub struct TurningLanelet {
     pub corner: f64,
     /// The smallest radius of its middle, metres.
     pub radius: f64,
+    /// By how much more than half as much again it bends in sum than it turns, degrees: a lanelet that bends one way and back wiggles.
+    pub sway: f64,
     /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
 }
@@ -274,6 +276,7 @@ impl DrawnMovements {
             heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
             corner: center.as_ref().map_or(0.0, |center| corner([from.pose.heading, to.pose.heading], center)),
             radius: bend.map_or(f64::INFINITY, |(radius, _)| radius),
+            sway: center.as_ref().map_or(0.0, sway),
             turn: center.map_or(0.0, |center| turned(side, &center)),
             outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
             kind,
@@ -284,6 +287,14 @@ impl DrawnMovements {
 /// Unit direction of a lanelet over its first metres.
 fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
+}
+
+/// See [`TurningLanelet::sway`].
+fn sway(center: &Polyline) -> f64 {
+    let line = center.resampled(BEND_STEP / 2.0);
+    let headings: Vec<Vector> = line.points().windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let bends: Vec<f64> = headings.windows(2).map(|pair| angle_between(pair[0], pair[1]).to_degrees()).collect();
+    bends.iter().map(|bend| bend.abs()).sum::<f64>() - 1.5 * bends.iter().sum::<f64>().abs()
 }
 
 /// The larger jump of direction where a lanelet begins and ends between lanes of these headings, degrees. An arc that begins at a

@@ -142,6 +142,7 @@ mod tests {
             heading: Vector::new(1.0, 0.0),
             corner,
             radius: 10.0,
+            sway: 0.0,
             kind: StripKind::Drive,
         }
     }

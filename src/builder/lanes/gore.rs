@@ -197,7 +197,7 @@ pub fn gore_corners(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<GoreC
 mod tests {
     use crate::builder::tests::{Asked, built_as};
     use crate::builder::{BuildOptions, Built};
-    use crate::lanelet::Lanelet;
+    use crate::lanelet::{Lanelet, LineString};
 
     /// A road that parts into two carriageways, each this far, metres, from its line after another 100 m.
     fn fork(apart: f64) -> Built {
@@ -231,7 +231,9 @@ mod tests {
     #[test]
     fn carriageways_side_by_side_are_cut_level() {
         let map = fork(5.0).map;
-        let kerbs = map.linestrings.iter().filter(|line| line.attributes.is("type", "road_border"));
+        let bounds: Vec<_> = map.lanelets.iter().flat_map(|lanelet| [lanelet.left.line, lanelet.right.line]).collect();
+        let is_kerb = |line: &&LineString| line.attributes.is("type", "road_border") && bounds.contains(&line.id);
+        let kerbs = map.linestrings.iter().filter(is_kerb);
         let mut ends: Vec<_> = kerbs.flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]).collect();
         ends.sort_unstable();
         // All kerbs end at points of their own but for the gore nose, which two share.

@@ -12,7 +12,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
@@ -29,8 +29,9 @@ use super::lane_openings::{closed_lanes, lane_openings};
 use super::last_resorts::last_resorts;
 use super::map_layout::Layout;
 use super::roads_inside::{
-    crowded_intersections, ended_early, ends_without_turns, half_served_ends, left_out, left_out_movements,
-    road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
+    crowded_intersections, ended_early, ends_without_turns, half_served_ends, is_well_merged, left_out,
+    left_out_movements, road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, roads_without_room,
+    swaying_lanelets, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
@@ -69,6 +70,7 @@ pub fn lay_out(
         refused: apart.clone(),
         unmerged: None,
         merged: Vec::new(),
+        closed_up: FxHashMap::default(),
         stop_lines: StopLines::Untried,
         notes,
         road_notes: crowded.iter().map(|(node, counts)| too_many_roads(*node, *counts)).collect(),
@@ -93,6 +95,8 @@ struct LayoutLoop<'a> {
     unmerged: Option<Unmerged>,
     /// The roads that were merged since.
     merged: Vec<RoadKey>,
+    /// Roads that need not be merged, but leave no room for a vehicle; and how many lanelets of the intersections at its ends wiggle.
+    closed_up: FxHashMap<RoadKey, usize>,
     stop_lines: StopLines,
     /// The restrictions of the present network that cannot be expressed.
     notes: Vec<Finding>,
@@ -199,7 +203,19 @@ impl LayoutLoop<'_> {
 
     /// Merges the intersections at the ends of roads that lie inside; `false` if there are none, or none can be merged.
     fn merge_roads(&mut self) -> bool {
-        let roads = roads_inside(&self.layout, &self.refused);
+        let mut roads = roads_inside(&self.layout, &self.refused);
+        if roads.is_empty() {
+            // Where nothing has to be merged, what should be is.
+            let closed = self.merged.iter().filter(|key| self.closed_up.contains_key(key));
+            let closed: FxHashSet<i64> = closed.flat_map(|key| [key.first, key.last]).collect();
+            roads = roads_without_room(&self.layout, &self.refused, &closed);
+            let Layout { network, turning, .. } = &self.layout;
+            let swaying = |at: IntersectionIx| turning[at.position()].as_deref().map_or(0, swaying_lanelets);
+            self.closed_up.extend(roads.iter().map(|road| {
+                let one = network.road(*road);
+                (one.key, swaying(one.from) + swaying(one.to))
+            }));
+        }
         if roads.is_empty() {
             return false;
         }
@@ -234,6 +250,7 @@ impl LayoutLoop<'_> {
     /// Where lanelets still run over roads without room, the merge did not help: the intersection has only grown, perhaps from one
     /// road to the next.
     fn without_useless_merges(&mut self) -> Option<Unmerged> {
+        let badly = self.badly_merged();
         let unmerged = self.unmerged.as_mut()?;
         let Layout { network, .. } = &self.layout;
         let crowded = self.layout.overrun().filter(|at| self.layout.left(at.road) < VEHICLE);
@@ -242,7 +259,20 @@ impl LayoutLoop<'_> {
         let is_useless = |key: &&RoadKey| [key.first, key.last].iter().any(|node| nodes.contains(node));
         let before = unmerged.refused.len();
         unmerged.refused.extend(self.merged.iter().filter(is_useless));
+        unmerged.refused.extend(badly);
         (unmerged.refused.len() > before).then(|| unmerged.clone())
+    }
+
+    /// Of the roads that did not have to be merged, those that made no good intersection.
+    fn badly_merged(&self) -> Vec<RoadKey> {
+        let network = &self.layout.network;
+        let closed_up = self.merged.iter().filter_map(|key| Some((*key, *self.closed_up.get(key)?)));
+        let by_node: FxHashMap<i64, (RoadKey, usize)> = closed_up.map(|one| (one.0.first, one)).collect();
+        let of_each = IntersectionIx::all(network.intersections.len()).flat_map(|ix| {
+            let inside = network.intersection(ix).nodes.iter().filter_map(|node| by_node.get(node));
+            inside.filter(move |(_, swaying)| !is_well_merged(&self.layout, ix, *swaying))
+        });
+        of_each.map(|(key, _)| *key).collect()
     }
 
     /// Leaves out roads that lead nowhere; `false` if there are none.

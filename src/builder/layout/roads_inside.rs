@@ -8,13 +8,21 @@ use crate::builder::intersection::movement::joined_arms;
 use crate::builder::intersection::street_path::RADIUS_TOLD;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
+use crate::builder::network::road_end::is_between_crossings;
 use crate::builder::network::turn_angle::TURNS_BACK;
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use crate::builder::streets::consolidate::MergeNote;
 use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::{Point, polygon};
+use crate::lanelet::index::extent;
 
 use super::map_layout::{IntersectionLanelets, Layout};
-use super::short_links::{roads_of_tight_turns, short_links};
+use super::short_links::{CAR_RADIUS, roads_of_tight_turns, short_links};
+
+/// An intersection of which roads without room lie inside is at most this long, metres: beyond, drivers see two.
+const LONGEST_MERGED: f64 = 55.0;
+/// A lanelet that sways by more than this, degrees, wiggles.
+const MOST_SWAY: f64 = 30.0;
 
 /// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
 pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
@@ -29,6 +37,50 @@ pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx
     roads.sort_unstable();
     roads.dedup();
     roads
+}
+
+/// The roads between two intersections on which no vehicle can wait, because turns took its room; in order. Of a row of intersections
+/// there are none: it would become one, and so would what lies behind. `closed` are the nodes at which such roads were merged before.
+pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed: &FxHashSet<i64>) -> Vec<RoadIx> {
+    let network = &layout.network;
+    let is_one = |ix: &RoadIx| is_between_crossings(network, network.road(*ix)) && layout.left(*ix) < VEHICLE;
+    let all: Vec<RoadIx> = RoadIx::all(network.roads.len()).filter(is_one).collect();
+    let ends = |ix: RoadIx| [network.road(ix).from, network.road(ix).to];
+    let mut counts: FxHashMap<IntersectionIx, usize> = FxHashMap::default();
+    all.iter().flat_map(|&ix| ends(ix)).for_each(|at| *counts.entry(at).or_default() += 1);
+    let is_alone = |at: IntersectionIx| {
+        counts[&at] == 1 && !network.intersection(at).nodes.iter().any(|node| closed.contains(node))
+    };
+    let pairs = all.iter().copied().filter(|&ix| ends(ix).into_iter().all(is_alone));
+    pairs.filter(|ix| !refused.contains(&network.road(*ix).key)).collect()
+}
+
+/// Whether an intersection in which roads without room lie is drawn as a map maker would: it is not too large, it leads along the ends of
+/// all its roads and around no other one, and no more lanelets wiggle than before.
+pub fn is_well_merged(layout: &Layout, at: IntersectionIx, swaying_before: usize) -> bool {
+    let Some(turning) = &layout.turning[at.position()] else { return true };
+    let Some(area) = &turning.area else { return swaying_lanelets(turning) <= swaying_before };
+    let is_large = || area.places.iter().any(|a| area.places.iter().any(|b| (a - b).norm() > LONGEST_MERGED));
+    let arms = &layout.network.intersection(at).arms;
+    let [low, high] = extent(&area.places);
+    let is_inside = |place: Point| {
+        let in_box = (low.x..=high.x).contains(&place.x) && (low.y..=high.y).contains(&place.y);
+        in_box && polygon::contains(&area.places, place)
+    };
+    let encloses = |ix: &RoadIx| {
+        let line = &layout.network.road(*ix).line;
+        !arms.iter().any(|arm| arm.road == *ix) && is_inside(line.at(line.length() / 2.0))
+    };
+    area.lost.is_empty()
+        && area.overrun.is_empty()
+        && swaying_lanelets(turning) <= swaying_before
+        && !is_large()
+        && !RoadIx::all(layout.network.roads.len()).any(|ix| encloses(&ix))
+}
+
+/// How many lanelets of an intersection wiggle, or bend too tightly for a car.
+pub fn swaying_lanelets(turning: &IntersectionLanelets) -> usize {
+    turning.drawn.paths.iter().filter(|path| path.sway > MOST_SWAY || path.radius < CAR_RADIUS).count()
 }
 
 /// The roads of which just a waiting vehicle is left, though lanelets run over their ends or turns there need more; in order.

@@ -11,7 +11,7 @@ use crate::geometry::pose::{self, Pose};
 use super::map_layout::Layout;
 
 /// The smallest radius of a lane's middle, metres, on which a car can turn: at full lock most cars need 4 to 5 m.
-const CAR_RADIUS: f64 = 4.0;
+pub const CAR_RADIUS: f64 = 4.0;
 /// The radius, metres, for which cuts are set back where the roads have room: lanelets bend a little more than the lines from which
 /// they are drawn.
 const SETBACK_RADIUS: f64 = 4.3;

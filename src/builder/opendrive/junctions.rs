@@ -238,6 +238,7 @@ impl<'a> Site<'a> {
             heading: heading.try_normalize(f64::EPSILON)?,
             corner: 0.0,
             radius: f64::INFINITY,
+            sway: 0.0,
             kind: strip(lane.used),
         })
     }

@@ -14,7 +14,7 @@ use super::types::{Arm, ArmEdge, Conflict, Intersection, IntersectionMember, Lan
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::opposites;
-use crate::lanelet::{LaneletMap, PolygonId};
+use crate::lanelet::{Lanelet, LaneletMap, PolygonId};
 use crate::parallel::InSmallParts;
 
 /// The sides of an intersection, clockwise from north.
@@ -111,6 +111,11 @@ fn add_far_members(lanes: &[Lane], found: &mut [Intersection]) {
     }
 }
 
+/// Whether it has a `turn_direction`. Some converters write an empty one on every lanelet.
+fn says_where_it_turns(lanelet: &Lanelet) -> bool {
+    lanelet.attributes.get("turn_direction").is_some_and(|value| !value.trim().is_empty())
+}
+
 /// Lanelets with `turn_direction` outside every area, together where they conflict, start or end together. A lanelet
 /// that conflicts with none is no intersection: it only sets the blinker where a lane branches off.
 fn clusters(lanes: &[Lane], conflicts: &[Vec<Conflict>], known: &[Intersection]) -> Vec<Intersection> {
@@ -120,7 +125,7 @@ fn clusters(lanes: &[Lane], conflicts: &[Vec<Conflict>], known: &[Intersection])
     }
     let free: Vec<usize> = (0..lanes.len())
         .filter(|&at| !taken[at] && lanes[at].is_drivable())
-        .filter(|&at| lanes[at].lanelet.attributes.has("turn_direction"))
+        .filter(|&at| says_where_it_turns(lanes[at].lanelet))
         .collect();
     let mut groups = UnionFind::new(lanes.len());
     let mut at_edge = FxHashMap::default();

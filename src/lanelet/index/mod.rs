@@ -42,10 +42,11 @@ pub use roundabout::RingShape;
 pub use stop_line::{Misfit, StopLine};
 pub use traffic::{STRAIGHT_ON, U_TURN};
 pub use types::{
-    Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
+    Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes,
+    Traffic, Unmarked,
 };
 pub use union_find::UnionFind;
-pub use unmarked::{JOINING, Unmarked};
+pub use unmarked::JOINING;
 use view::View;
 
 use rayon::prelude::*;
@@ -105,6 +106,7 @@ impl<'m> MapIndex<'m> {
             traffic: Vec::new(),
             named,
             stop_lines: Default::default(),
+            unmarked: Default::default(),
             tree,
             edges: Default::default(),
             referrers,

@@ -35,6 +35,21 @@ pub(super) type EdgeTrees = OnceLock<[RTree<GeomWithData<[f64; 2], usize>>; 2]>;
 /// The elements of which a lanelet is a member. Built on the first request, because only fixes need it.
 pub(super) type Naming = OnceLock<FxHashMap<LaneletId, Vec<RegulatoryElementId>>>;
 
+/// An intersection without an `intersection_area`.
+#[derive(Clone, Debug)]
+pub struct Unmarked {
+    /// Its lanes, by their position in `MapIndex::lanes`, sorted.
+    pub lanes: Vec<usize>,
+    /// Longer ones that cross these on their level: roads that were not cut there.
+    pub uncut: Vec<usize>,
+    /// Middle of the lanes' box.
+    pub middle: Point,
+    /// Whether all of it is private ground: the aisles of a car park, or a driveway.
+    pub private: bool,
+    /// Whether cars cross there on the way to different roads; else they only join.
+    pub crossed: bool,
+}
+
 /// A map with everything that rules look up. Lanelets that did not load correctly are not in `lanes`: the geometric rules skip
 /// them, so that one broken bound does not cause ten findings.
 #[derive(Debug)]
@@ -69,6 +84,8 @@ pub struct MapIndex<'m> {
     pub(super) way_users: FxHashMap<LineStringId, Vec<usize>>,
     pub(super) referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
     pub(super) naming: Naming,
+    /// Found when it is first asked for.
+    pub(super) unmarked: OnceLock<Vec<Unmarked>>,
     pub(super) intersections_of: Vec<Vec<usize>>,
     pub(super) touching: Vec<Vec<usize>>,
     pub(super) view: View<'m>,

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::{Edge, Lane, extent};
-use super::types::{Conflict, MapIndex};
+use super::types::{Conflict, MapIndex, Unmarked};
 use super::union_find::UnionFind;
 use super::view::boxes_meet;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
@@ -30,21 +30,6 @@ const WIDEST: usize = 16;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
 const LONGEST_CROSSING: f64 = 40.0;
 
-/// An intersection without an `intersection_area`.
-#[derive(Clone, Debug)]
-pub struct Unmarked {
-    /// Its lanes, by their position in `MapIndex::lanes`, sorted.
-    pub lanes: Vec<usize>,
-    /// Longer ones that cross these on their level: roads that were not cut there.
-    pub uncut: Vec<usize>,
-    /// Middle of the lanes' box.
-    pub middle: Point,
-    /// Whether all of it is private ground: the aisles of a car park, or a driveway.
-    pub private: bool,
-    /// Whether cars cross there on the way to different roads; else they only join.
-    pub crossed: bool,
-}
-
 /// Two lanes that overlap and come from different approaches.
 struct Meeting {
     lanes: [usize; 2],
@@ -58,7 +43,11 @@ impl MapIndex<'_> {
     /// The intersections that no area marks, whether or not their lanelets have a `turn_direction`. Told apart from them, and left
     /// out: lanes that only branch off, that join as on a ramp, that lie on each other or above each other, and roundabouts, but for
     /// places where who joins crosses the way of who leaves.
-    pub fn unmarked_intersections(&self) -> Vec<Unmarked> {
+    pub fn unmarked_intersections(&self) -> &[Unmarked] {
+        self.unmarked.get_or_init(|| self.find_unmarked())
+    }
+
+    fn find_unmarked(&self) -> Vec<Unmarked> {
         let mut groups = UnionFind::new(self.lanes.len());
         let mut taking_part: FxHashSet<usize> = FxHashSet::default();
         let mut cars_meet: FxHashSet<usize> = FxHashSet::default();

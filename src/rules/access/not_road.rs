@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::{number, speed_with_unit};
 use crate::lanelet::participants::{may_enter, names_anybody};
@@ -36,6 +36,10 @@ pub fn judge(map: &MapIndex) -> Vec<Finding> {
         }
         group.sort_unstable();
         findings.push(group_finding(map, subtype(first), &group));
+    }
+    // On such a map Autoware drives nowhere.
+    if !map.lanes.iter().any(|lane| lane.lanelet.attributes.is("subtype", "road")) {
+        findings = findings.into_iter().map(|finding| finding.graded(Severity::Error)).collect();
     }
     findings
 }

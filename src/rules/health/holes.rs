@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
 use crate::lanelet::index::{Edge, MapIndex, center_line};
-use crate::lanelet::{LineStringId, PointId, RoadType};
+use crate::lanelet::{LineString, LineStringId, PointId, RoadType};
 use crate::rules::crowd;
 use crate::rules::routing_moves::RoutingMoves;
 
@@ -29,6 +29,8 @@ const MEASURED_EVERY: f64 = 2.0;
 const WIDTHS: [f64; 2] = [0.6, 1.6];
 /// The same where two lines that nothing else uses lead from lane to lane.
 const SURE_WIDTHS: [f64; 2] = [0.4, 2.5];
+/// Points closer than this, metres, are one place of two copies of a line.
+const SAME_PLACE: f64 = 0.05;
 /// A missing piece with more of its ground than this (1) under lanes of its direction is there, drawn in another way.
 const COVERED: f64 = 0.25;
 
@@ -77,7 +79,10 @@ impl<'m> Holes<'m> {
         // Between these lies an area.
         let around: FxHashSet<LineStringId> =
             map.map.areas.iter().flat_map(|area| &area.outer).map(|bound| bound.line).collect();
-        for line in map.map.linestrings.iter().filter(|line| !around.contains(&line.id)) {
+        let lanelets = || map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]);
+        let bounds: FxHashSet<LineStringId> = lanelets().flatten().collect();
+        let copies = copies(map, &bounds);
+        for line in map.map.linestrings.iter().filter(|line| !around.contains(&line.id) && !copies.contains(&line.id)) {
             let kind = line.attributes.get("type").unwrap_or_default();
             if let [first, .., last] = line.points[..]
                 && first != last
@@ -88,7 +93,6 @@ impl<'m> Holes<'m> {
                 joined.insert([first.min(last), first.max(last)]);
             }
         }
-        let lanelets = || map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]);
         Self {
             map,
             params,
@@ -96,7 +100,7 @@ impl<'m> Holes<'m> {
             by_end,
             joined,
             used: lanelets().map(|[a, b]| [a.min(b), a.max(b)]).collect(),
-            bounds: lanelets().flatten().collect(),
+            bounds,
             both: lanelets().filter(|[a, b]| a == b).flatten().collect(),
         }
     }
@@ -275,6 +279,24 @@ impl<'m> Holes<'m> {
         let outline: Vec<Point> = a.points.iter().chain(b.points.iter().rev()).copied().collect();
         (center.places(MEASURED_EVERY).all(fits) && crate::geometry::simple_ring::is_simple(&outline)).then_some(center)
     }
+}
+
+/// Lines that bound no lanelet, and run point for point where a bound does.
+fn copies(map: &MapIndex, bounds: &FxHashSet<LineStringId>) -> FxHashSet<LineStringId> {
+    let course = |line: &LineString| -> Option<Vec<[i64; 2]>> {
+        let place = |id: &PointId| map.map.points.get(*id).map(|point| point.position);
+        let cells =
+            line.points.iter().map(|id| place(id).map(|at| [at.x, at.y].map(|x| (x / SAME_PLACE).round() as i64)));
+        let mut cells: Vec<[i64; 2]> = cells.collect::<Option<_>>()?;
+        // Whichever way it was drawn.
+        if cells.first() > cells.last() {
+            cells.reverse();
+        }
+        Some(cells)
+    };
+    let (used, idle): (Vec<_>, Vec<_>) = map.map.linestrings.iter().partition(|line| bounds.contains(&line.id));
+    let courses: FxHashSet<Vec<[i64; 2]>> = used.into_iter().filter_map(course).collect();
+    idle.into_iter().filter(|line| course(line).is_some_and(|it| courses.contains(&it))).map(|line| line.id).collect()
 }
 
 /// Whether lanelets of the same direction, or along which people walk, lie on the ground of a missing piece.

@@ -15,6 +15,8 @@ const MEASURED_EVERY: f64 = 1.0;
 const EXACT: f64 = 0.01;
 /// A border of no more points than this is looked through for each place.
 const FEW: usize = 32;
+/// A lane begins or ends in a point where its edge is narrower than this, metres, be it on two nodes.
+const POINT: f64 = 0.1;
 /// A lane that opens or closes does so within so many lanelets.
 const MOST_PIECES: usize = 8;
 
@@ -79,7 +81,7 @@ fn tapers(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize, clos
     here < params.least_width
         && here + EXACT < there
         && match next {
-            [] => edge.ids[0] == edge.ids[1] || moves.beside(at).iter().any(|other| other.may_leave),
+            [] => edge.ids[0] == edge.ids[1] || here < POINT || moves.beside(at).iter().any(|other| other.may_leave),
             [next] => pieces > 0 && tapers(map, moves, params, *next, closes, pieces - 1),
             _ => false,
         }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct Params {
     pub(super) least_length: f64,
+    pub(super) short_length: f64,
     pub(super) tilt: f64,
     pub(super) least_tilt: f64,
     pub(super) near_miss: f64,

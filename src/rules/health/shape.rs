@@ -1,23 +1,28 @@
 //! Lanelets without length, that cross themselves, that lean over; bounds that say a point twice.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::simple_ring;
 use crate::geometry::simple_ring::RingFault;
+use crate::geometry::{Point, Polyline, simple_ring};
 use crate::lanelet::index::{Edge, Lane, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
 use super::params::{Params, subject};
 
+/// From this gap on, metres, two bounds surely belong to two lanes; a sharp bend may have less.
+const LEAST_GAP: f64 = 5.0;
+
 pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = repeated(map);
     for at in 0..map.lanes.len() {
         let lane = &map.lanes[at];
-        match lane.length() < params.least_length {
+        match lane.length() < params.short_length {
             true => findings.push(too_short(map, params, at)),
             false => findings.extend(crossing(map, at)),
         }
+        findings.extend(apart(map, at));
         findings.extend(tilted(map, params, at));
     }
     findings
@@ -26,8 +31,12 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
 fn too_short(map: &MapIndex, params: &Params, at: usize) -> Finding {
     let lane = &map.lanes[at];
     let message = format!("Lanelet {} is {:.3} m long.", lane.id, lane.length());
-    Finding::new("zero-length", subject(map, at), message)
-        .measured(lane.length(), params.least_length, "m")
+    let (fault, least) = match lane.length() < params.least_length {
+        true => ("zero-length", params.least_length),
+        false => ("very-short", params.short_length),
+    };
+    Finding::new(fault, subject(map, at), message)
+        .measured(lane.length(), least, "m")
         .at(Place::Point(lane.start.middle()))
 }
 
@@ -38,14 +47,48 @@ fn crossing(map: &MapIndex, at: usize) -> Option<Finding> {
     if lane.simple || lane.start.ids == lane.end.ids || share_a_point(map, lane) {
         return None;
     }
-    let place = match simple_ring::faults(&lane.outline, 0.0, 1).first()? {
-        RingFault::Crossing(_, _, place) => *place,
-        RingFault::TooFew(at) | RingFault::NotFinite(at) | RingFault::Spike(at) => *lane.outline.get(*at)?,
+    let fault = *simple_ring::faults(&lane.outline, 0.0, 1).first()?;
+    let place = match fault {
+        RingFault::Crossing(_, _, place) => place,
+        RingFault::TooFew(at) | RingFault::NotFinite(at) | RingFault::Spike(at) => *lane.outline.get(at)?,
     };
-    let message = format!("The outline of lanelet {} crosses itself.", lane.id);
+    // The outline runs along the left bound, and back along the right one.
+    let bound = |edge: usize| match (edge + 1).cmp(&lane.left.len()) {
+        Ordering::Less => Some(lane.bounds[0]),
+        Ordering::Equal => None,
+        Ordering::Greater => (edge + 1 < lane.outline.len()).then_some(lane.bounds[1]),
+    };
+    let sides = match fault {
+        RingFault::Crossing(a, b, _) => [bound(a), bound(b)],
+        _ => [None; 2],
+    };
+    let message = match sides {
+        [Some(one), Some(other)] if one == other => format!("Bound {one} of lanelet {} crosses itself.", lane.id),
+        [Some(one), None] | [None, Some(one)] => format!("Bound {one} of lanelet {} runs over an end of it.", lane.id),
+        _ => format!("The outline of lanelet {} crosses itself.", lane.id),
+    };
     let finding = Finding::new("self-crossing", subject(map, at), message).at(Place::Point(place));
     let [left, right] = lane.bounds;
     Some(finding.with(Subject::LineString(left.0), "left").with(Subject::LineString(right.0), "right"))
+}
+
+/// A lanelet of which one bound begins behind the end of the other: the bounds of two lanes in a row.
+fn apart(map: &MapIndex, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    let along = (lane.left.last()? - lane.left.first()?).try_normalize(Polyline::MERGE)?;
+    let reach = |points: &[Point]| {
+        let stations = points.iter().map(|point| point.coords.dot(&along));
+        stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let [left, right] = [reach(&lane.left), reach(&lane.right)];
+    let gap = (right[0] - left[1]).max(left[0] - right[1]);
+    if gap < LEAST_GAP {
+        return None;
+    }
+    let [first, second] = lane.bounds;
+    let message = format!("Bounds {first} and {second} of lanelet {} lie {gap:.1} m behind each other.", lane.id);
+    let finding = Finding::new("bounds-apart", subject(map, at), message).measured(gap, LEAST_GAP, "m");
+    Some(finding.with(Subject::LineString(first.0), "left").with(Subject::LineString(second.0), "right"))
 }
 
 fn share_a_point(map: &MapIndex, lane: &Lane) -> bool {

@@ -21,7 +21,7 @@ use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, WholeRoundabouts};
 use crate::geometry::strip_index::StripIndex;
-use crate::geometry::{angle_between, polygon};
+use crate::geometry::{Point, Polyline, angle_between, polygon};
 use crate::lanelet::TurnDirection;
 use crate::lanelet::index::JOINING;
 use crate::settings::BicycleLanes;
@@ -72,6 +72,10 @@ pub struct Site<'a> {
     /// How many movements are drawn at most.
     pub most_movements: usize,
 }
+
+/// The kerbs of an intersection without an area lie no farther from its lanelets than this, metres: else ground would seem to be part of
+/// the street that nobody drives on.
+const KERB_ASIDE: f64 = 2.0;
 
 /// To assign the lanes of an intersection otherwise, at most this number of lanelets is drawn anew. Dozens of lanes that all run into each
 /// other would be drawn hundreds of times; on 104 extracts of real streets the limit changes nothing.
@@ -271,11 +275,35 @@ impl IntersectionLanelets {
                 self.bicycles = BicycleMovements { ends, paths: outlined.bicycles.paths };
             }
         }
+        if self.area.is_none() {
+            self.add_kerbs(site, &indices);
+        }
         self.depends_on_far_cuts |= self.area.as_ref().is_some_and(|area| area.yields);
         self.drawn.drop_outlines();
         self.bicycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         self.part = self.part.shrunk();
         self
+    }
+}
+
+impl IntersectionLanelets {
+    /// Draws the kerbs between the roads of an intersection without an area, such as a fork, where the outline around its lanelets leads
+    /// along the ends of all roads.
+    fn add_kerbs(&mut self, site: Site, indices: &[Option<StripIndex>]) {
+        if site.intersection.arms.len() < 3 || self.drawn.paths.is_empty() {
+            return;
+        }
+        let outlined = site.outline(self.part.clone(), (&self.drawn, indices), true, |_| DrawnMovements::default());
+        let Some(outline) = outlined.area else { return };
+        let lanelets = self.drawn.paths.iter().filter_map(|path| Polyline::new(path.outline.iter().copied()));
+        let lanelets: Vec<Polyline> = lanelets.collect();
+        let is_beside = |place: Point| lanelets.iter().any(|lanelet| lanelet.distance(place) <= KERB_ASIDE);
+        let closed = outline.places.iter().zip(outline.places.iter().cycle().skip(1));
+        let hugs = closed.into_iter().all(|(a, b)| is_beside(*a) && is_beside(nalgebra::center(a, b)));
+        if hugs && outline.overrun.is_empty() && outline.lost.is_empty() {
+            self.depends_on_far_cuts |= outline.yields;
+            self.part = outlined.part;
+        }
     }
 }
 

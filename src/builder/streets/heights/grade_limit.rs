@@ -27,6 +27,9 @@ const UNITS_PER_METRE: f64 = 1e4;
 const MOST_LIFTS: u32 = 6;
 /// The clearance of such a crossing is reduced in this number of steps.
 const PARTS: i64 = 4;
+/// Steps of one spread for each place: a place is visited again after each lift, but in the extracts once or twice.
+/// Beyond that, the clearances that still lift are reduced: bridges by the hundred above each other on one ramp.
+const MOST_VISITS: usize = 4;
 
 /// Heights along one road, from end to end.
 #[derive(Clone, Debug)]
@@ -220,9 +223,11 @@ impl<'a> HeightGraph<'a> {
         }
         let parts: Vec<i64> = self.clearances.iter().map(|clearance| (clearance.room + PARTS - 1) / PARTS).collect();
         let limits = self.clearance_limits();
+        let mut tied = FxHashMap::default();
         let [raised, lowered] = loop {
             let mut lifts = vec![0; self.clearances.len()];
-            let moved = [1, -1].map(|sign| self.spread(&limits, FxHashMap::default(), (sign, &broken), &mut lifts));
+            let moved =
+                [1, -1].map(|sign| self.spread(&limits, &mut tied, FxHashMap::default(), (sign, &broken), &mut lifts));
             if lifts.iter().all(|lifts| *lifts <= MOST_LIFTS) {
                 break moved;
             }
@@ -240,7 +245,7 @@ impl<'a> HeightGraph<'a> {
         let mut moved = broken.iter().map(mean).collect();
         let mut lifts = vec![0; self.clearances.len()];
         for sign in [1, -1] {
-            moved = self.spread(&limits, moved, (sign, &broken), &mut lifts);
+            moved = self.spread(&limits, &mut tied, moved, (sign, &broken), &mut lifts);
         }
         for (place, height) in moved {
             self.wanted[place] = height;
@@ -278,23 +283,28 @@ impl<'a> HeightGraph<'a> {
     }
 
     /// Raises (`sign` 1) or lowers (-1) places by the least that keeps the limits around the places `from`, and around those
-    /// that move. `lifts` counts how often each clearance moved a place; beyond the most it moves none.
+    /// that move. `tied` keeps what is tied to each place visited. `lifts` counts how often each clearance moved a place; beyond
+    /// the most it moves none.
     fn spread(
         &self,
         limits: &[ClearanceLimit],
+        tied: &mut FxHashMap<usize, Vec<(usize, i64)>>,
         moved: FxHashMap<usize, i64>,
         (sign, from): (i64, &[usize]),
         lifts: &mut [u32],
     ) -> FxHashMap<usize, i64> {
         lifts.iter_mut().for_each(|lifts| *lifts = if *lifts > MOST_LIFTS { *lifts } else { 0 });
-        let mut spread = Spread { wanted: &self.wanted, sign, moved, lifts, open: BinaryHeap::new() };
+        let visits = MOST_VISITS * self.wanted.len();
+        let mut spread = Spread { wanted: &self.wanted, sign, moved, lifts, visits, open: BinaryHeap::new() };
         spread.open = from.iter().map(|&place| (spread.height(place), Reverse(place))).collect();
         while let Some((height, Reverse(place))) = spread.open.pop() {
             if spread.height(place) != height {
                 continue;
             }
+            spread.visits = spread.visits.saturating_sub(1);
             self.neighbours(place, |to, most| spread.pull(to, height - most, None));
-            self.tied(place).into_iter().for_each(|(to, most)| spread.pull(to, height - most, None));
+            let tied = tied.entry(place).or_insert_with(|| self.tied(place));
+            tied.iter().for_each(|&(to, most)| spread.pull(to, height - most, None));
             let first = limits.partition_point(|limit| limit.place < place);
             for limit in limits[first..].iter().take_while(|limit| limit.place == place) {
                 let room = self.clearances[limit.clearance].room;
@@ -351,6 +361,8 @@ struct Spread<'a> {
     sign: i64,
     moved: FxHashMap<usize, i64>,
     lifts: &'a mut [u32],
+    /// Places that may be visited before no clearance lifts any more.
+    visits: usize,
     open: BinaryHeap<(i64, Reverse<usize>)>,
 }
 
@@ -365,7 +377,7 @@ impl Spread<'_> {
             return;
         }
         if let Some(clearance) = clearance {
-            self.lifts[clearance] += 1;
+            self.lifts[clearance] += if self.visits == 0 { MOST_LIFTS + 1 } else { 1 };
             if self.lifts[clearance] > MOST_LIFTS {
                 return;
             }
