@@ -48,14 +48,14 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     findings
 }
 
-/// Whether nobody waits before a lanelet: no other lane meets it but those from the same arm, and neither a light nor a crosswalk is
-/// there. So it is where one road divides.
+/// Whether nobody waits before a lanelet: no other lane meets it but those from the same arm, and no light is there. So it is where one
+/// road divides. Before a crosswalk vehicles stop at the line of its own element.
 fn is_free(map: &MapIndex, arm: &Arm, lane: usize) -> bool {
     let same = |other: usize| arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&other));
     let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
     let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !same(other);
     !map.conflicts[lane].iter().any(|one| one.real && meets(one.other))
-        && !["traffic_light", "crosswalk", "traffic_sign"].into_iter().any(is_ruled)
+        && !["traffic_light", "traffic_sign"].into_iter().any(is_ruled)
 }
 
 /// The findings of lanelets that start at one place, those without any stop line there as one.

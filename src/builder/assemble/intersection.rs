@@ -141,7 +141,7 @@ impl<'a> IntersectionAssembly<'a> {
         let crossings = self.context.crossings;
         // Where one road divides and nobody else comes, nobody waits.
         let watches = |i: usize| {
-            let alone = paths.iter().all(|path| path.movement.from == i);
+            let alone = paths.iter().all(|path| path.movement.from == i) && conflicts.real.iter().all(Vec::is_empty);
             controls[i] != Control::None || crossings.at(arms[i].at).next().is_some() || !alone
         };
         for (i, arm) in arms.iter().enumerate().filter(|(i, _)| watches(*i)) {
