@@ -29,7 +29,7 @@ use super::lane_openings::{closed_lanes, lane_openings};
 use super::last_resorts::last_resorts;
 use super::map_layout::Layout;
 use super::roads_inside::{
-    crowded_intersections, ended_early, ends_without_turns, half_served_ends, is_well_merged, left_out,
+    RoadMiddles, crowded_intersections, ended_early, ends_without_turns, half_served_ends, is_well_merged, left_out,
     left_out_movements, road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, roads_without_room,
     swaying_lanelets, too_many_roads,
 };
@@ -268,9 +268,13 @@ impl LayoutLoop<'_> {
         let network = &self.layout.network;
         let closed_up = self.merged.iter().filter_map(|key| Some((*key, *self.closed_up.get(key)?)));
         let by_node: FxHashMap<i64, (RoadKey, usize)> = closed_up.map(|one| (one.0.first, one)).collect();
+        if by_node.is_empty() {
+            return Vec::new();
+        }
+        let middles = RoadMiddles::of(network);
         let of_each = IntersectionIx::all(network.intersections.len()).flat_map(|ix| {
             let inside = network.intersection(ix).nodes.iter().filter_map(|node| by_node.get(node));
-            inside.filter(move |(_, swaying)| !is_well_merged(&self.layout, ix, *swaying))
+            inside.filter(|(_, swaying)| !is_well_merged(&self.layout, &middles, ix, *swaying)).collect::<Vec<_>>()
         });
         of_each.map(|(key, _)| *key).collect()
     }

@@ -2,6 +2,8 @@
 
 use std::cmp::Reverse;
 
+use rstar::primitives::GeomWithData;
+use rstar::{AABB, RTree};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::intersection::movement::joined_arms;
@@ -55,27 +57,41 @@ pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed:
     pairs.filter(|ix| !refused.contains(&network.road(*ix).key)).collect()
 }
 
+/// The middles of all roads, by place.
+pub struct RoadMiddles(RTree<GeomWithData<[f64; 2], RoadIx>>);
+
+impl RoadMiddles {
+    /// Those of a network.
+    pub fn of(network: &RoadNetwork) -> Self {
+        let middle = |ix: RoadIx| {
+            let line = &network.road(ix).line;
+            let place = line.at(line.length() / 2.0);
+            GeomWithData::new([place.x, place.y], ix)
+        };
+        Self(RTree::bulk_load(RoadIx::all(network.roads.len()).map(middle).collect()))
+    }
+}
+
 /// Whether an intersection in which roads without room lie is drawn as a map maker would: it is not too large, it leads along the ends of
 /// all its roads and around no other one, and no more lanelets wiggle than before.
-pub fn is_well_merged(layout: &Layout, at: IntersectionIx, swaying_before: usize) -> bool {
+pub fn is_well_merged(layout: &Layout, middles: &RoadMiddles, at: IntersectionIx, swaying_before: usize) -> bool {
     let Some(turning) = &layout.turning[at.position()] else { return true };
     let Some(area) = &turning.area else { return swaying_lanelets(turning) <= swaying_before };
     let is_large = || area.places.iter().any(|a| area.places.iter().any(|b| (a - b).norm() > LONGEST_MERGED));
     let arms = &layout.network.intersection(at).arms;
-    let [low, high] = extent(&area.places);
-    let is_inside = |place: Point| {
-        let in_box = (low.x..=high.x).contains(&place.x) && (low.y..=high.y).contains(&place.y);
-        in_box && polygon::contains(&area.places, place)
-    };
-    let encloses = |ix: &RoadIx| {
-        let line = &layout.network.road(*ix).line;
-        !arms.iter().any(|arm| arm.road == *ix) && is_inside(line.at(line.length() / 2.0))
+    let [low, high] = extent(&area.places).map(|corner| [corner.x, corner.y]);
+    let encloses = || {
+        let mut near = middles.0.locate_in_envelope(&AABB::from_corners(low, high));
+        near.any(|middle| {
+            let [x, y] = *middle.geom();
+            !arms.iter().any(|arm| arm.road == middle.data) && polygon::contains(&area.places, Point::new(x, y))
+        })
     };
     area.lost.is_empty()
         && area.overrun.is_empty()
         && swaying_lanelets(turning) <= swaying_before
         && !is_large()
-        && !RoadIx::all(layout.network.roads.len()).any(|ix| encloses(&ix))
+        && !encloses()
 }
 
 /// How many lanelets of an intersection wiggle, or bend too tightly for a car.
