@@ -24,14 +24,14 @@ use crate::builder::streets::lane_drop::{LaneDrop, with_lane_drops};
 use crate::builder::streets::lane_opening::{LaneOpening, with_lane_openings};
 use crate::diagnostic::Finding;
 
+use super::close_intersections::{RoadMiddles, is_well_merged, roads_without_room, swaying_lanelets};
 use super::lane_drops::{added_lanes, lane_drops};
 use super::lane_openings::{closed_lanes, lane_openings};
 use super::last_resorts::last_resorts;
 use super::map_layout::Layout;
 use super::roads_inside::{
-    RoadMiddles, crowded_intersections, ended_early, ends_without_turns, half_served_ends, is_well_merged, left_out,
-    left_out_movements, road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, roads_without_room,
-    swaying_lanelets, too_many_roads,
+    crowded_intersections, ended_early, ends_without_turns, half_served_ends, left_out, left_out_movements,
+    road_inside, roads_inside, roads_to_cut_farther, roads_to_leave_out, too_many_roads,
 };
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
