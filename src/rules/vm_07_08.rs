@@ -53,10 +53,11 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             pairs.push(([at, conflict.other], finding(map, params, at, conflict)));
         }
     }
-    // Of an intersection without an area, vm-03-01 tells with all its lanelets.
+    // Of an intersection without an area, vm-03-01 tells with all its lanelets; on private ground it only remarks on it.
     if !pairs.is_empty() {
         let unmarked = map.unmarked_intersections();
-        let members = unmarked.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
+        let told = unmarked.iter().filter(|one| !one.private);
+        let members = told.enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
         let of_lane: FxHashMap<usize, usize> = members.collect();
         let meet = |[a, b]: &[usize; 2]| of_lane.get(a).is_some_and(|one| of_lane.get(b) == Some(one));
         pairs.retain(|(lanes, _)| !meet(lanes));
