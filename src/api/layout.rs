@@ -322,7 +322,7 @@ pub(crate) fn build_failure(error: BuildError, input: &str) -> Failure {
             .help("are highway=* ways in the extract, and not only footways and private paths?"),
         BuildError::NoPlace => Failure::new(format!("{input}: {error}")),
         BuildError::NoLane { .. } => Failure::new(format!("{input}: {error}"))
-            .help("lanes of type driving and its kin, bus and taxi become lanelets; has the file others only?"),
+            .help("lanes of type driving and its kin, bus and taxi become lanelets: has the file others only, or numbers that cannot be?"),
     };
     failure.about(input)
 }

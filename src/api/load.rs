@@ -161,6 +161,7 @@ pub(crate) fn read_failure(error: ReadError) -> Failure {
         | ReadError::LongElement { name, .. }
         | ReadError::Packed { name, .. }
         | ReadError::NotText { name, .. }
-        | ReadError::Pbf { name, .. } => Failure::new(message).help(help).about(name),
+        | ReadError::Pbf { name, .. }
+        | ReadError::PbfFeature { name, .. } => Failure::new(message).help(help).about(name),
     }
 }

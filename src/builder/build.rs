@@ -47,10 +47,12 @@ pub enum BuildError {
     #[error("no node of a road has a usable latitude and longitude")]
     NoPlace,
     /// An OpenDRIVE file without lanes for vehicles.
-    #[error("none of the {roads} roads has a lane for vehicles with a reference line and a width")]
+    #[error("none of the {roads} roads has a lane for vehicles with a reference line and a width{}", in_brackets(.first))]
     NoLane {
         /// How many roads there are.
         roads: usize,
+        /// The first fault of the file, which may be why.
+        first: Option<String>,
     },
 }
 
@@ -288,7 +290,8 @@ pub fn build_opendrive(file: &OpenDrive, options: &BuildOptions, placing: Placin
         let (assembled, projector, file_lanes) = assemble_opendrive(file, &options, placing);
         let driven = |lanelet: &Lanelet| ROADS.iter().any(|subtype| lanelet.attributes.is("subtype", subtype));
         if !assembled.map.lanelets.iter().any(driven) {
-            return Err(BuildError::NoLane { roads: file.roads.len() });
+            let first = assembled.notes.iter().find(|note| note.severity != Some(Severity::Info));
+            return Err(BuildError::NoLane { roads: file.roads.len(), first: first.map(|note| note.message.clone()) });
         }
         let guesses = guesses(&assembled.notes);
         let built = finished(assembled, projector, (Vec::new(), guesses), &options.inside, options.profile);
@@ -327,6 +330,10 @@ fn finished(
     };
     let contested = map.repeated_ids();
     Built { map, projector, settings, notes, summary, contested, file_lanes: Vec::new() }
+}
+
+fn in_brackets(text: &Option<String>) -> String {
+    text.as_ref().map(|text| format!(" ({text})")).unwrap_or_default()
 }
 
 /// The box around all nodes of ways that are roads by their tags.

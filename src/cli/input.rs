@@ -43,14 +43,28 @@ impl LayoutArgs {
     }
 }
 
+/// Whether a note is a fault of an OpenDRIVE file.
+fn is_oddity(note: &Finding) -> bool {
+    note.fault.starts_with("opendrive-") && note.severity != Some(Severity::Info)
+}
+
+/// Whether a note says that something which the settings want is not drawn, or that there is too much to draw it.
+fn is_undrawn(note: &Finding) -> bool {
+    note.fault == UNDRAWN || note.fault.starts_with("too-many-")
+}
+
+/// Whether a note says that settings meant no road.
+fn is_unmet(note: &Finding) -> bool {
+    [MERGE_UNMET, UNMET_ROAD].contains(&note.fault)
+}
+
 /// What is odd in an OpenDRIVE file: all of it, or how to see it. Gaps and what could not be drawn are told always.
 pub fn oddities(notes: &[Finding], all: bool) -> String {
     let mut text = String::new();
-    let told = |note: &&Finding| note.fault.starts_with("opendrive-") && note.severity != Some(Severity::Info);
-    for note in notes.iter().filter(told).take(if all { usize::MAX } else { ODDITIES }) {
-        let _ = writeln!(text, "warning: {} [{}]", note.message, note.fault);
+    for note in notes.iter().filter(|note| is_oddity(note)).take(if all { usize::MAX } else { ODDITIES }) {
+        let _ = writeln!(text, "warning: {} [{}]", visible(&note.message), note.fault);
     }
-    let more = notes.iter().filter(told).count().saturating_sub(ODDITIES);
+    let more = notes.iter().filter(|note| is_oddity(note)).count().saturating_sub(ODDITIES);
     if more > 0 && !all {
         let _ = writeln!(text, "and {more} more: --guesses lists them");
     }
@@ -73,7 +87,7 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
     for note in notes.iter().filter(|_| args.explain_merges) {
         let _ = writeln!(text, "{}", visible(&note.to_string()));
     }
-    for unmet in findings.iter().filter(|finding| [MERGE_UNMET, UNMET_ROAD].contains(&finding.fault)) {
+    for unmet in findings.iter().filter(|finding| is_unmet(finding)) {
         let _ = writeln!(text, "warning: {}", visible(&unmet.message));
     }
     text
@@ -82,19 +96,20 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
 /// What the settings want drawn and the map did not get, and what is too many to be drawn.
 pub fn undrawn<'a>(notes: impl IntoIterator<Item = &'a Finding>) -> String {
     let mut text = String::new();
-    for note in notes.into_iter().filter(|note| note.fault == UNDRAWN || note.fault.starts_with("too-many-")) {
+    for note in notes.into_iter().filter(|note| is_undrawn(note)) {
         let _ = writeln!(text, "warning: {}", visible(&note.message));
     }
     text
 }
 
-/// What was guessed: all of it, or how to see it.
+/// What was guessed: all of it, or how to see it; without what is told as a warning.
 pub fn guesses<'a>(count: usize, notes: impl IntoIterator<Item = &'a Finding>, args: &StreetArgs) -> String {
     let mut text = String::new();
     if count > 0 && !args.guesses {
         let _ = writeln!(text, "--guesses lists what the input did not say");
     }
-    for Finding { fault, subject, message, .. } in notes.into_iter().filter(|_| args.guesses) {
+    let is_guess = |note: &&Finding| !is_oddity(note) && !is_undrawn(note) && !is_unmet(note);
+    for Finding { fault, subject, message, .. } in notes.into_iter().filter(|_| args.guesses).filter(is_guess) {
         let subject = subject.to_string();
         // Some messages begin with what they are about.
         let message = message.strip_prefix(&format!("{subject}: ")).unwrap_or(message);

@@ -61,6 +61,14 @@ pub enum ReadError {
         /// What is wrong.
         message: String,
     },
+    /// PBF that demands a reader with a feature that this one has not.
+    #[error("{name} needs a reader that knows `{feature}`")]
+    PbfFeature {
+        /// The file.
+        name: String,
+        /// A required feature of its header.
+        feature: String,
+    },
     /// XML, or something else, that is broken at a place.
     #[error("{name}:{line}:{column}: {message}")]
     Broken {
@@ -105,6 +113,10 @@ impl ReadError {
             Self::Packed { .. } => "the .gz file is damaged or cut off; download or pack it again",
             Self::NotText { .. } => "give OpenStreetMap XML in UTF-8 (.osm, .osm.gz) or OpenStreetMap PBF (.osm.pbf)",
             Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",
+            Self::PbfFeature { feature, .. } if feature == "HistoricalInformation" => {
+                "it holds what was deleted, too: write one state of it with `osmium time-filter`"
+            }
+            Self::PbfFeature { .. } => "convert it to .osm, or to .osm.pbf without that feature",
             Self::Broken { help, .. } => help,
         }
     }

@@ -23,6 +23,10 @@ use super::{ElementKind, Member, Node, OsmData, ReadError, Relation, Source, Tag
 /// 2,000 nodes in a way and 32,000 members in a relation.
 pub const MAX_REFERENCES: usize = 1_000_000;
 
+/// What a header may demand of its reader: <https://wiki.openstreetmap.org/wiki/PBF_Format>. A file with another feature, such as
+/// `HistoricalInformation` (what was deleted stands in it), would be misread.
+const FEATURES: [&str; 2] = ["OsmSchema-V0.6", "DenseNodes"];
+
 /// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
 pub fn is_pbf(bytes: &[u8]) -> bool {
     matches!(bytes, [0, _, _, _, rest @ ..] if rest.len() > 16 && rest.windows(9).take(12).any(|w| w == b"OSMHeader"))
@@ -79,7 +83,10 @@ fn damaged(name: &str, message: String) -> ReadError {
 fn decode(data: &mut OsmData, name: &str, file: u32, blobs: &[Blob], most: u64) -> Result<(), ReadError> {
     let decode = |blob: &Blob| match blob.decode()? {
         BlobDecode::OsmData(block) => Part::of(&block, file),
-        BlobDecode::OsmHeader(header) => Ok(Part { bounds: header.bbox().map(extent), ..Part::default() }),
+        BlobDecode::OsmHeader(header) => {
+            let foreign = header.required_features().iter().find(|one| !FEATURES.contains(&one.as_str()));
+            Ok(Part { bounds: header.bbox().map(extent), feature: foreign.cloned(), ..Part::default() })
+        }
         BlobDecode::Unknown(_) => Ok(Part::default()),
     };
     // The decoder panics on what no program writes: a member of an unknown kind, ids that overflow. It has nothing to lose
@@ -108,6 +115,9 @@ fn decode(data: &mut OsmData, name: &str, file: u32, blobs: &[Blob], most: u64) 
             damaged(name, "a block holds values that no program writes".to_owned())
         })?;
         let part = part.map_err(|error| damaged(name, error.to_string()))?;
+        if let Some(feature) = part.feature {
+            return Err(ReadError::PbfFeature { name: name.to_owned(), feature });
+        }
         if let Some(message) = part.too_long {
             return Err(damaged(name, message));
         }
@@ -129,6 +139,8 @@ struct Part {
     /// Bytes that its elements take in memory.
     held: usize,
     too_long: Option<String>,
+    /// A feature of the file that this reader has not.
+    feature: Option<String>,
 }
 
 impl Part {

@@ -27,10 +27,26 @@ struct FilePlace {
     offset: usize,
 }
 
+/// Letters of a message that are shown: a file may hold a word of any length.
+const MOST_LETTERS: usize = 2000;
+
+/// A message that is longer than [`MOST_LETTERS`] without its middle.
+fn shortened(message: String) -> String {
+    let letters = message.chars().count();
+    if letters <= MOST_LETTERS {
+        return message;
+    }
+    let (begin, end) = (MOST_LETTERS / 2, MOST_LETTERS / 4);
+    let left_out = letters - begin - end;
+    let head: String = message.chars().take(begin).collect();
+    let tail: String = message.chars().skip(begin + left_out).collect();
+    format!("{head}[{left_out} letters left out]{tail}")
+}
+
 impl Failure {
     /// A failure with one line that says what is wrong.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, file: None, place: None }
+        Self { message: shortened(message.into()), help: None, file: None, place: None }
     }
 
     /// Adds a way out.

@@ -2,10 +2,12 @@
 
 /// The word most like `said`; `None` if none is like it. A third of its letters may be wrong, capitals do not count.
 pub fn nearest<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (said.chars().count() / 3).max(1);
+    let letters = said.chars().count();
+    let limit = (letters / 3).max(1);
     let said = said.to_lowercase();
-    let near =
-        words.into_iter().map(|word| (distance(&said, &word.to_lowercase()), word)).filter(|&(far, _)| far <= limit);
+    // Words of other lengths are further than that, and a file may hold one of any length.
+    let alike = words.into_iter().filter(|word| word.chars().count().abs_diff(letters) <= limit);
+    let near = alike.map(|word| (distance(&said, &word.to_lowercase()), word)).filter(|&(far, _)| far <= limit);
     near.min_by_key(|&(far, _)| far).map(|(_, word)| word)
 }
 

@@ -285,3 +285,38 @@ fn every_public_file_is_built() {
     }
     assert!(count >= 17);
 }
+
+/// A road of one lane that begins at `x`.
+fn one_road(x: &str, lane: &str) -> String {
+    format!(
+        r#"<OpenDRIVE><header revMajor="1" revMinor="4"/><road id="1" junction="-1" length="100">
+<planView><geometry s="0" x="{x}" y="0" hdg="0" length="100"><line/></geometry></planView>
+<lanes><laneSection s="0"><center><lane id="0" type="none"/></center><right><lane id="-1" type="{lane}">
+<width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road></OpenDRIVE>"#
+    )
+}
+
+#[test]
+fn each_fault_of_a_file_is_said_once() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("a.xodr"), one_road("1e300", "driving")).unwrap();
+    for more in [&["--guesses"][..], &[]] {
+        let arguments = [&["build", "--isolated", "a.xodr", "-o", "map", "--force"], more].concat();
+        let run = lanewright(dir.path(), &arguments).exits(0);
+        let said = format!("{}{}", run.stdout, run.stderr);
+        assert_eq!(said.matches("x=\"1e300\"").count(), 1, "{said}");
+    }
+}
+
+#[test]
+fn a_file_without_a_lane_says_what_else_is_wrong_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |text: String| {
+        std::fs::write(dir.path().join("a.xodr"), text).unwrap();
+        lanewright(dir.path(), &["build", "--isolated", "a.xodr", "-o", "map"]).exits(2).stderr
+    };
+    let far = refused(one_road("1e9", "driving"));
+    assert!(far.contains("road 1 leads out of the world at s=0.0: it is left out)"), "{far}");
+    let other = refused(one_road("0", "sidewalk"));
+    assert!(other.contains("none of the 1 roads has a lane for vehicles") && !other.contains("width ("), "{other}");
+}

@@ -153,3 +153,14 @@ fn a_link_shows_nothing_of_what_it_leads_to() {
 fn run_text(run: &Run) -> String {
     format!("{}{}", run.stdout, run.stderr)
 }
+
+#[test]
+fn a_long_word_of_the_settings_is_not_repeated_whole() {
+    let dir = tempfile::tempdir().unwrap();
+    let word = "y".repeat(100_000);
+    for settings in [format!("profile = \"{word}\""), format!("select = [\"{word}\"]")] {
+        fs::write(dir.path().join("long.toml"), settings).unwrap();
+        let run = lanewright(dir.path(), &["check", "--config", "long.toml", "map.osm"]).exits(2);
+        assert!(run.stderr.len() < 5000 && run.stderr.contains("letters left out"), "{}", run.stderr.len());
+    }
+}

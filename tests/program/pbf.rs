@@ -7,6 +7,7 @@ use lanewright::osm::read_file;
 use crate::common::needs::shared;
 use crate::common::program::lanewright;
 use crate::common::soak;
+use crate::pbf_fields::{field, number};
 
 /// One extract in two formats.
 const XML: &str = "corpus/osm/harrisburg.osm";
@@ -51,4 +52,28 @@ fn pbf_and_xml_become_the_same_streets_and_the_same_map() {
         run(&["build", pbf, "-o", "pbf"]);
         same("xml/lanelet2_map.osm", "pbf/lanelet2_map.osm");
     }
+}
+
+/// A file with nothing but a header that demands these features: <https://wiki.openstreetmap.org/wiki/PBF_Format>.
+fn header_that_demands(features: &[&str]) -> Vec<u8> {
+    let block: Vec<u8> = features.iter().flat_map(|feature| field(4, feature.as_bytes())).collect();
+    let blob = field(1, &block);
+    let head = [field(1, b"OSMHeader"), number(3, blob.len() as u64)].concat();
+    [&(head.len() as u32).to_be_bytes()[..], &head, &blob].concat()
+}
+
+#[test]
+fn a_file_that_demands_what_the_reader_has_not_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let build = |features: &[&str]| {
+        fs::write(dir.path().join("a.osm.pbf"), header_that_demands(features)).unwrap();
+        lanewright(dir.path(), &["build", "--isolated", "a.osm.pbf", "-o", "map"]).exits(2).stderr
+    };
+    let history = build(&["OsmSchema-V0.6", "HistoricalInformation"]);
+    assert!(history.contains("a.osm.pbf needs a reader that knows `HistoricalInformation`"), "{history}");
+    assert!(history.contains("time-filter"), "{history}");
+    let other = build(&["DenseNodes", "Curves"]);
+    assert!(other.contains("`Curves`") && other.contains("without that feature"), "{other}");
+    let known = build(&["OsmSchema-V0.6", "DenseNodes"]);
+    assert!(!known.contains("needs a reader"), "{known}");
 }
