@@ -230,6 +230,8 @@ pub enum Condition {
     UnknownSubtype {
         /// As written.
         subtype: Text,
+        /// Whether it has members left and right, as a lanelet has.
+        has_bounds: bool,
     },
     /// Regulatory element: too few or too many members of a role; creation throws.
     MemberCount {
@@ -433,13 +435,22 @@ pub enum RingFault {
 }
 
 impl Condition {
+    /// Whether an element loses a member of this role.
+    pub fn loses(&self, of_role: &str) -> bool {
+        match self {
+            Self::MissingReference { role, .. } => role.as_ref().is_some_and(|role| role == of_role),
+            Self::MemberDropped { role, .. } => role == of_role,
+            _ => false,
+        }
+    }
+
     /// Whether Lanelet2 loads such an element without a word, though Autoware cannot use it.
     pub fn is_unsaid(&self) -> bool {
         match self {
             Self::BoundsOpposed { .. } | Self::BoundTooShort { .. } => true,
             Self::PassedOver { unsaid, .. } => *unsaid,
             // An empty subtype makes an element without a class.
-            Self::UnknownSubtype { subtype } => subtype.is_empty(),
+            Self::UnknownSubtype { subtype, .. } => subtype.is_empty(),
             // The constructor counts lanelets only.
             Self::MemberCount { subtype, limit, .. } => subtype == "right_of_way" && limit.role == "ref_line",
             _ => false,

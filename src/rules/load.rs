@@ -10,8 +10,8 @@ use crate::lanelet::{
     SUPPORTED_FORMAT_VERSION, known_subtypes,
 };
 
-use super::NoParams;
 use super::lost_members::LostMembers;
+use super::{NoParams, cut_bound};
 use crate::lanelet::placed::aligned_once;
 use crate::parallel::InSmallParts;
 use crate::text::{counted, misspelt};
@@ -147,6 +147,9 @@ fn bounds(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     Some(match &fault.condition {
         Condition::BoundCount { role, count, ways, meant } => {
             let finding = bound_count(subject, *role, *count, ways);
+            if let Some(joined) = cut_bound::joined(map, &finding, *role, ways) {
+                return Some(joined);
+            }
             let Some(way) = meant else { return Some(finding) };
             let (on, role_of) = (subject, || role.as_str().into());
             if ways.contains(way) {
@@ -200,7 +203,7 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let message = format!("{about} has no subtype; no map will be published.");
             with_inferred_tag(found("re-subtype", message), subject, "subtype", meant.as_deref())
         }
-        Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
+        Condition::UnknownSubtype { subtype, has_bounds } => unknown_subtype(subject, subtype, *has_bounds),
         Condition::MemberCount { subtype, limit, count } => {
             if fault.condition.is_unsaid() {
                 let message =
@@ -381,9 +384,13 @@ fn referrers(map: &MapIndex, finding: Finding) -> Finding {
     lanelets.fold(finding, |finding, lanelet| finding.with(Subject::Lanelet(lanelet.id.0), "referring lanelet"))
 }
 
-fn unknown_subtype(subject: Subject, subtype: &str) -> Finding {
+fn unknown_subtype(subject: Subject, subtype: &str, has_bounds: bool) -> Finding {
     let message = format!("{} has unknown subtype {subtype}; no map will be published.", name(subject));
     let finding = Finding::new("re-subtype", subject, message);
+    if has_bounds {
+        let edits = vec![Edit::SetTag { on: subject, key: "type".into(), value: "lanelet".into() }];
+        return finding.fixed_by("set type=lanelet: it has a left and a right bound", false, edits);
+    }
     match nearest(subtype, known_subtypes()) {
         Some(known) => {
             let edits = vec![Edit::SetTag { on: subject, key: "subtype".into(), value: known.into() }];

@@ -8,6 +8,7 @@ mod centerline_ends;
 mod check;
 mod config;
 mod crowd;
+mod cut_bound;
 mod divided_lanelets;
 mod ends_at_stop_line;
 mod engine;

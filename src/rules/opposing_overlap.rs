@@ -18,6 +18,8 @@ pub struct OpposingOverlap {
     pub lanes: [usize; 2],
     /// Overlap as a share of the smaller lane's area (1).
     pub share: f64,
+    /// The same, m2.
+    pub area: f64,
     /// Whether both bounds of one are those of the other, each on the other side.
     pub swapped: bool,
 }
@@ -98,7 +100,8 @@ fn judge(map: &MapIndex, at: usize, other: usize) -> Option<OpposingOverlap> {
     if !against {
         return None;
     }
-    let share = polygon::overlap(&a.outline, &b.outline) / a.area.min(b.area);
+    let area = polygon::overlap(&a.outline, &b.outline);
+    let share = area / a.area.min(b.area);
     let swapped = a.bounds[0] == b.bounds[1] && a.bounds[1] == b.bounds[0];
-    Some(OpposingOverlap { lanes: [at, other], share, swapped })
+    Some(OpposingOverlap { lanes: [at, other], share, area, swapped })
 }

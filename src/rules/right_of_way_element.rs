@@ -284,6 +284,9 @@ fn is_sure(map: &MapIndex, traffic: &Traffic, x: usize, y: usize) -> bool {
 /// How the elements are wired: both sides must speak of each other. `meant` says which lanelets are the rule's.
 pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding> {
     let mut findings = Vec::new();
+    // Who has the right of way by these did not load.
+    let lost: FxHashSet<Subject> =
+        map.faults.iter().filter(|fault| fault.condition.loses("right_of_way")).map(|fault| fault.subject).collect();
     for element in map.map.regulatory_elements.iter().filter(|element| element.subtype == "right_of_way") {
         let subject = Subject::RegulatoryElement(element.id.0);
         let mut seen = FxHashSet::default();
@@ -307,7 +310,8 @@ pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding>
         }
         // Lanelet2's own convention lets those who give way refer to the element, too. That does no harm; where those who have the right
         // of way do not, that is told above.
-        let gives_way = |id: &LaneletId| !own.is_empty() && element.lanelets("yield").any(|other| other == *id);
+        let lists_others = !own.is_empty() || lost.contains(&subject);
+        let gives_way = |id: &LaneletId| lists_others && element.lanelets("yield").any(|other| other == *id);
         let strangers = map.referrers(element.id).iter().filter(|id| !own.contains(id) && !gives_way(id));
         for &id in strangers.filter(|id| meant(id)) {
             let message = format!(

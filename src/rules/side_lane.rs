@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{LaneletId, RoadType};
+use crate::lanelet::{LaneletId, LineStringId, RoadType};
 
 use super::parallel_bounds;
 use super::parallel_bounds::{ParallelBounds, Reach};
@@ -22,7 +22,15 @@ pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach
     let mut findings = Vec::new();
     for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| seen.is(subtype)) {
         let (id, subject) = (seen.id(), Subject::Lanelet(seen.id().0));
-        let (neighbour, free) = match (graph.adjacent_left(at), graph.adjacent_right(at)) {
+        // Where the border may be crossed, the graph has a lane change and no neighbour.
+        let user_of = |line: LineStringId| {
+            let others = map.users_of(line).iter().map(|&lane| map.lanes[lane].id).filter(|other| *other != id);
+            others.min().filter(|_| copied.is_some())
+        };
+        let [left, right] =
+            [(graph.adjacent_left(at), seen.lanelet.left), (graph.adjacent_right(at), seen.lanelet.right)]
+                .map(|(seen, bound)| seen.map(|other| view.lanelets[other].id()).or_else(|| user_of(bound.line)));
+        let (neighbour, free) = match (left, right) {
             (Some(_), Some(_)) => continue,
             (None, None) if is_copy(id) => continue,
             (None, None) => {
@@ -33,10 +41,10 @@ pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach
             (Some(left), None) => (left, seen.lanelet.right.line),
             (None, Some(right)) => (right, seen.lanelet.left.line),
         };
-        let other = &view.lanelets[neighbour];
-        if beside_road && !other.is("road") {
-            let message = format!("The {subtype} lanelet {id} lies beside {}, which is no road.", other.id());
-            findings.push(Finding::new("beside", subject, message).with(Subject::Lanelet(other.id().0), "neighbour"));
+        let is_road = |id| map.map.lanelets.get(id).is_some_and(|other| other.attributes.is("subtype", "road"));
+        if beside_road && !is_road(neighbour) {
+            let message = format!("The {subtype} lanelet {id} lies beside {neighbour}, which is no road.");
+            findings.push(Finding::new("beside", subject, message).with(Subject::Lanelet(neighbour.0), "neighbour"));
         }
         if view.map.linestrings.get(free).is_some_and(|line| !line.attributes.is("type", "road_border")) {
             let message = format!("The outer bound {free} of the {subtype} lanelet {id} is no road_border.");

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::vocabulary::{self, Form, On, Slip, roles, slip};
-use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId};
+use crate::lanelet::{Attributes, Condition, ElementKind, Lanelet, LineStringId, PointId, RegulatoryElementId};
 use crate::parallel::InSmallParts;
 use crate::text::{SourceSpan, Text, counted, misspelt, rearranged};
 
@@ -282,7 +282,18 @@ fn unread<'m>(
 /// A role that is the beginning of one word has at least this number of letters.
 const SHORTEST_BEGINNING: usize = 4;
 
-/// The role that was meant by one that nothing reads.
+/// The role that was meant by one that nothing reads: by its letters, or because the member is a regulatory element.
+fn role_meant(map: &MapIndex, of: &str, member: Subject, role: &str) -> Option<&'static str> {
+    let is_element = || match member {
+        Subject::Relation(id) => map.map.regulatory_elements.contains(RegulatoryElementId(id)),
+        _ => false,
+    };
+    meant(of, role).or_else(|| (of == "lanelet" && is_element()).then_some(ELEMENT_ROLE))
+}
+
+/// The role of what a lanelet obeys.
+const ELEMENT_ROLE: &str = "regulatory_element";
+
 fn meant(of: &str, role: &str) -> Option<&'static str> {
     let words = || roles(of).into_iter().flatten().map(String::as_str);
     // What somebody cut short.
@@ -295,10 +306,13 @@ fn meant(of: &str, role: &str) -> Option<&'static str> {
 
 fn misspelt_roles(map: &MapIndex) -> Vec<Finding> {
     let slips = unread(map).filter_map(|(of, on, span, member, role)| {
-        let meant = meant(of, role)?;
-        let message = format!("{} has {member} as {role}, which nothing reads; did you mean {meant}?", name(on));
+        let meant = role_meant(map, of, member, role)?;
+        let read_as = if role.trim().is_empty() { "without role" } else { &format!("as {role}, which nothing reads") };
+        let message = format!("{} has {member} {read_as}; did you mean {meant}?", name(on));
         let edits = vec![Edit::SetRole { on, member, from: role.clone(), to: meant.into() }];
         let finding = Finding::new("role", on, message).standing_at(span.cloned());
+        // What the lanelet was to obey has no effect.
+        let finding = if meant == ELEMENT_ROLE { finding.graded(Severity::Error) } else { finding };
         Some(finding.fixed_by(format!("give {member} the role {meant}"), false, edits))
     });
     slips.collect()
@@ -307,7 +321,9 @@ fn misspelt_roles(map: &MapIndex) -> Vec<Finding> {
 /// Roles that are like none that is read: one finding for each, since whoever wrote them wrote them everywhere.
 fn unread_roles(map: &MapIndex) -> Vec<Finding> {
     let mut all: BTreeMap<(&Text, &Text), (usize, Subject, Option<&SourceSpan>)> = BTreeMap::new();
-    for (of, on, span, _, role) in unread(map).filter(|(of, _, _, _, role)| meant(of, role).is_none()) {
+    for (of, on, span, _, role) in
+        unread(map).filter(|(of, _, _, member, role)| role_meant(map, of, *member, role).is_none())
+    {
         all.entry((of, role)).or_insert((0, on, span)).0 += 1;
     }
     let findings = all.into_iter().map(|((of, role), (count, first, span))| {

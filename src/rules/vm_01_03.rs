@@ -170,6 +170,8 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
         || area.is_some() && area == declared_area(b)
+        || map.turns_at_unmarked(at)
+        || map.turns_at_unmarked(other)
         || is_led_across(map, at, other) && is_led_across(map, other, at)
 }
 

@@ -26,7 +26,8 @@ const SHORTEST: f64 = 0.5;
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let reach = Reach { apart: params.apart, share: params.share };
     // A turn belongs to an intersection, be no area drawn around it; and a stub is no stretch of road that others could be cut like.
-    let turns = |at: usize| matches!(map.turn_direction(at), Some(TurnDirection::Left | TurnDirection::Right));
+    let is_labelled = |at: usize| matches!(map.turn_direction(at), Some(TurnDirection::Left | TurnDirection::Right));
+    let turns = |at: usize| is_labelled(at) || map.turns_at_unmarked(at);
     let is_stretch = |at: usize| map.lanes[at].length() >= SHORTEST;
     let outside =
         |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty() && !turns(at) && is_stretch(at);

@@ -36,7 +36,38 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             _ => finding("speed-invalid", format!("speed_limit={said} of lanelet {id} is no positive number.")),
         }
     });
-    findings.collect()
+    let in_metres = in_metres_per_second(map);
+    findings.chain(in_metres).collect()
+}
+
+/// Limits of lanelets and of `speed_limit` elements that read like metres per second.
+fn in_metres_per_second<'m>(map: &'m MapIndex) -> impl Iterator<Item = Finding> + 'm {
+    let lanelets = map.map.lanelets.iter().map(|one| (Subject::Lanelet(one.id.0), "speed_limit", &one.attributes));
+    let elements = map.map.regulatory_elements.iter().filter(|one| one.subtype == "speed_limit");
+    let elements = elements.map(|one| (Subject::RegulatoryElement(one.id.0), "sign_type", &one.attributes));
+    lanelets.chain(elements).filter_map(|(on, key, tags)| {
+        let said = tags.get(key)?;
+        let meant = meant_in_metres(number(said)?)?;
+        let message = format!("{key}={said} of {on} counts in km/h, and reads like {meant} km/h in metres per second.");
+        let edits = vec![Edit::SetTag { on, key: key.into(), value: meant.to_string().into() }];
+        Some(Finding::new("speed-metres", on, message).fixed_by(format!("set {key}={meant}"), false, edits))
+    })
+}
+
+/// The limit that somebody meant who wrote metres per second, km/h: of a number with decimals, that makes a round one in km/h or in mph.
+fn meant_in_metres(said: f64) -> Option<f64> {
+    /// Signs say multiples of this, km/h or mph.
+    const STEP: f64 = 5.0;
+    /// By how much a number that was rounded may be off.
+    const OFF: f64 = 0.02;
+    const KMH: f64 = 3.6;
+    const MPH: f64 = 3.6 / 1.609_344;
+    let is_off = |value: f64, step: f64| (value - (value / step).round() * step).abs() > OFF;
+    let is_round = |factor: f64| !is_off(said * factor, STEP);
+    // A round limit in mph may stand there in km/h.
+    let is_mph = !is_off(said * MPH / KMH, STEP);
+    let can_be = said > 1.0 && is_off(said, 0.5) && !is_mph && (is_round(KMH) || is_round(MPH));
+    can_be.then(|| (said * KMH).round())
 }
 
 /// A limit that Lanelet2 reads with its unit; other programs that read the map may not.

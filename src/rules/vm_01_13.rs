@@ -18,16 +18,19 @@ pub struct Params {
     narrow: f64,
 }
 
+/// Lanes that overlap by less, m2, touch.
+const LEAST_AREA: f64 = 0.5;
+
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     // Where lanes branch or join, roads meet, be no area drawn there: their ways lie over each other.
     let branches = |at: usize| map.siblings(at).next().is_some() || map.ending_at(map.lanes[at].end.ids).len() > 1;
     let partly = |pair: &OpposingOverlap| {
         let share = (params.overlap..params.stacked).contains(&pair.share);
-        share && !pair.swapped && !pair.lanes.into_iter().any(branches)
+        share && pair.area >= LEAST_AREA && !pair.swapped && !pair.lanes.into_iter().any(branches)
     };
     let mut findings: Vec<Finding> =
         opposing_overlap::all(map).iter().filter(|pair| partly(pair)).map(|pair| overlap(map, params, pair)).collect();
-    for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
+    for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at) && !map.is_at_unmarked(at)) {
         findings.extend([0, 1].into_iter().filter_map(|side| beside(map, params, at, side)));
     }
     findings

@@ -62,7 +62,8 @@ fn doubled(params: &Params, walkway: &Lane, near: &[&Lane]) -> Option<Finding> {
 /// How far the walkway goes on behind the lanes that it crosses, at the end where that is more.
 fn long(params: &Params, walkway: &Lane, near: &[&Lane]) -> Option<Finding> {
     let length = walkway.length();
-    let [first, last] = walkway::crossed(walkway, near.iter().copied().filter(|lane| lane.vehicle))?;
+    let over = near.iter().copied().filter(|lane| lane.vehicle && walkway::leads_over(walkway, lane));
+    let [first, last] = walkway::crossed(walkway, over)?;
     let beyond = first.max(length - last);
     if beyond <= params.long {
         return None;

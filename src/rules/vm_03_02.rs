@@ -130,8 +130,11 @@ fn forgotten_labels(map: &MapIndex, params: &Params, intersection: &Unmarked) ->
     let takes_part = |lane: &usize| map.meets_others(*lane) && !map.begins_in_a_point(*lane);
     let told = missing.into_iter().filter(takes_part).map(|lane| {
         let id = map.lanes[lane].id;
+        let behind = map.predecessors(lane).iter().find(|&&before| says(&before)).map_or(String::new(), |&before| {
+            format!("; it goes on with the movement {}: merge them", map.lanes[before].id)
+        });
         let message = format!(
-            "Lanelet {id} has no turn_direction, as {labelled} others have that cross or join there (it turns {}).",
+            "Lanelet {id} has no turn_direction, as {labelled} others have that cross or join there (it turns {}){behind}.",
             degrees(map.lanes[lane].turn())
         );
         // Who turns across others without watching them does most harm.

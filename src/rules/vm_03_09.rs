@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, Lane, MapIndex, StopLine};
-use crate::lanelet::{LaneletId, RoadType};
+use crate::lanelet::{LaneletId, RoadType, TurnDirection};
 
 use super::ends_at_stop_line;
 use crate::lanelet::index::thresholds;
@@ -28,7 +28,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             for edge in inward.clone() {
                 let mut starts: Vec<Finding> =
                     edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane)).collect();
-                if edge.lanes.iter().all(|&lane| is_free(map, arm, lane)) {
+                if edge.lanes.iter().all(|&lane| is_free(map, intersection, arm, lane)) {
                     starts.retain(|finding| finding.fault != "no-stop-line" || finding.fix.is_some());
                 }
                 findings.extend(one_for_the_entrance(map, starts));
@@ -48,13 +48,31 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     findings
 }
 
-/// Whether nobody waits before a lanelet: no other lane meets it but those from the same arm, and no light is there. So it is where one
-/// road divides. Before a crosswalk vehicles stop at the line of its own element.
-fn is_free(map: &MapIndex, arm: &Arm, lane: usize) -> bool {
+/// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that join it and
+/// give way, and those of driveways. Before a crosswalk vehicles stop at the line of its own element.
+fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) -> bool {
     let same = |other: usize| arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&other));
     let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
     let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !same(other);
-    !map.conflicts[lane].iter().any(|one| one.real && meets(one.other))
+    let is_private = |at: &usize| map.lanes[*at].lanelet.attributes.is("location", "private");
+    let from_private = |at: usize| map.predecessors(at).iter().any(is_private);
+    let of_driveway = |at: usize| is_private(&at) || from_private(at) || map.followers(at).iter().any(is_private);
+    let is_straight = |at: usize| map.turn_direction(at) == Some(TurnDirection::Straight);
+    let joins_and_waits = |other: usize| {
+        let ignored = [(lane, other), (other, lane)].map(|(one, of)| map.ignored(one).binary_search(&of).is_ok());
+        let goes_on = match ignored {
+            [true, false] => true,
+            [false, false] => is_straight(lane) && !is_straight(other),
+            _ => false,
+        };
+        let leads_out =
+            |arm: &Arm, lane: usize| arm.edges.iter().any(|edge| !edge.inward && edge.lanes.contains(&lane));
+        goes_on && intersection.arms.iter().any(|arm| leads_out(arm, lane) && leads_out(arm, other))
+    };
+    let waits_for = |other: usize| meets(other) && !of_driveway(other) && !joins_and_waits(other);
+    let waits = || map.conflicts[lane].iter().any(|one| one.real && waits_for(one.other));
+    !from_private(lane)
+        && (of_driveway(lane) || !waits())
         && !["traffic_light", "traffic_sign"].into_iter().any(is_ruled)
 }
 

@@ -46,8 +46,10 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
         .iter()
         .find(|&&next| map.lanes[next].vehicle && is_at(map, next, "urban") && meets_others(map, at, next))?;
     let next = Subject::Lanelet(map.lanes[road].id.0);
-    let mut before = map.predecessors(at).iter().filter(|&&lane| map.lanes[lane].vehicle);
-    if is_at(map, at, "urban") && before.any(|&lane| is_at(map, lane, "private")) {
+    let before = || map.predecessors(at).iter().filter(|&&lane| map.lanes[lane].vehicle);
+    // What leads here from a public road, too, is a turn of that one.
+    let is_exit = || before().next().is_some() && before().all(|&lane| is_at(map, lane, "private"));
+    if is_at(map, at, "urban") && is_exit() {
         let message = format!("Driveway lanelet {} joins a public road but is not private.", lane.id);
         let edits = vec![Edit::SetTag { on: subject, key: "location".into(), value: "private".into() }];
         let finding = Finding::new("exit-not-private", subject, message).with(next, "road");
@@ -123,6 +125,7 @@ fn judge_walkway(map: &MapIndex, params: &Params, at: usize, has_crosswalks: boo
                 && lane.vehicle
                 && lane.simple
                 && walkway::leads_over(walkway, lane)
+                && walkway::crossed(walkway, [lane]).is_some()
                 && crosses(map, params, at, other)
         })
         .map(|other| &map.lanes[other])

@@ -44,9 +44,14 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 /// A crosswalk without element; where cars drive over it, the element can be made.
 fn unreferenced(map: &MapIndex, crosswalk: &Seen) -> Finding {
     let id = crosswalk.id();
-    let message = format!("Crosswalk {id} belongs to no crosswalk element.");
-    let finding = Finding::new("unreferenced", Subject::Lanelet(id.0), message);
-    let Some(element) = crosswalk_element::creation(map, crosswalk) else { return finding };
+    let finding = |rest: &str| {
+        let message = format!("Crosswalk {id} belongs to no crosswalk element{rest}.");
+        Finding::new("unreferenced", Subject::Lanelet(id.0), message)
+    };
+    let Some(element) = crosswalk_element::creation(map, crosswalk) else {
+        return finding(", and crosses no road lanelet");
+    };
+    let finding = finding("");
     let edits = walking_allowed(map, id).into_iter().chain(element.edits).collect();
     finding.fixed_by(element.title, false, edits)
 }

@@ -3,9 +3,9 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::angle_between;
+use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::RoadType;
-use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::{Lane, MapIndex};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,8 +21,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lane = &map.lanes[at];
         for conflict in map.conflicts[at].iter().filter(|one| !one.grade_separated && outside(one.other)) {
             let road = &map.lanes[conflict.other];
-            let headings = lane.heading_in().zip(road.heading_in());
-            let turned = headings.map_or(180.0, |(a, b)| angle_between(a, b).abs().to_degrees());
+            let turned = turned(lane, road);
             let share = conflict.area / lane.area;
             if road.kind != RoadType::Road || road.bicycle || turned > params.along || share <= params.share {
                 continue;
@@ -38,4 +37,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// The largest angle between a bicycle lane and the road lane at its two ends, degrees: a road lane that turns off leads across it.
+fn turned(lane: &Lane, road: &Lane) -> f64 {
+    let apart = |heading: Option<Vector>, place: Point| {
+        let there = road.center.as_ref().map(|line| line.direction(line.project(place).station));
+        heading.zip(there).map_or(180.0, |(a, b)| angle_between(a, b).abs().to_degrees())
+    };
+    apart(lane.heading_in(), lane.start.middle()).max(apart(lane.heading_out(), lane.end.middle()))
 }

@@ -49,9 +49,12 @@ fn dropped(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> 
     Some(finding.with(Subject::Lanelet(other.0), "lane beside").at(Place::Line(lane.end.points.to_vec())))
 }
 
-/// Whether another lane starts or ends right here, over nodes of its own or the other way round: then this lane is neither
-/// added nor dropped, but torn off.
+/// Whether another lane starts or ends right here, over nodes of its own or the other way round, or would if it had loaded: then this
+/// lane is neither added nor dropped, but torn off.
 fn loose(map: &MapIndex, params: &Params, at: usize, edge: &Edge) -> bool {
+    if map.is_at_unloaded(edge) {
+        return true;
+    }
     let reach = Vector::repeat(params.loose);
     let [a, b] = edge.points;
     let near = map.lanes_near(edge.middle() - reach, edge.middle() + reach);

@@ -46,7 +46,9 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
         for conflict in on_it.into_iter().take(crowd::MOST) {
             let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
-            let by_roundabout = || map.share_roundabout_element(at, conflict.other);
+            // Around an island of several lanes they cross by design.
+            let are_at_one = || [at, conflict.other].into_iter().all(|lane| map.is_at_roundabout(lane));
+            let by_roundabout = || map.share_roundabout_element(at, conflict.other) || are_at_one();
             if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
                 continue;
             }
@@ -98,7 +100,10 @@ fn joined(map: &MapIndex, x: usize, y: usize) -> bool {
     let (a, b) = (&map.lanes[x], &map.lanes[y]);
     let touch = a.start.touches(&b.start) || a.end.touches(&b.end);
     let common = |one: &[usize], other: &[usize]| one.iter().any(|lane| other.contains(lane));
-    touch || common(map.followers(x), map.followers(y)) || common(map.predecessors(x), map.predecessors(y))
+    touch
+        || map.branched_before(x, y)
+        || common(map.followers(x), map.followers(y))
+        || common(map.predecessors(x), map.predecessors(y))
 }
 
 /// A road so narrow that both directions use all of it: two opposite lanes on each other (vm-01-14).

@@ -5,6 +5,9 @@ use crate::geometry::{Point, polygon, segment_crossing};
 use crate::lanelet::LaneletId;
 use crate::lanelet::index::{Lane, MapIndex};
 
+/// A walkway that reaches by less over the edge of a lane, metres, ends at its kerb and does not cross it.
+const LEAST_CROSSED: f64 = 0.25;
+
 /// From where to where along a walkway lanes lie under it, metres from its start; `None` if none does.
 pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>) -> Option<[f64; 2]> {
     let center = walkway.center.as_ref()?;
@@ -16,7 +19,7 @@ pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>
         corners
     });
     let [first, last] = stations.fold([f64::INFINITY, 0.0_f64], |[a, b], s| [a.min(s), b.max(s)]);
-    first.is_finite().then_some([first, last])
+    (last - first >= LEAST_CROSSED).then_some([first, last])
 }
 
 /// Whether the middle of a walkway leads over an edge of a lane: a pavement beside the lane may overlap it a little and does not.

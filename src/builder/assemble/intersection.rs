@@ -22,6 +22,7 @@ use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
+use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId};
 use crate::settings::{IntersectionSettings, LooseEnds};
 
@@ -138,19 +139,28 @@ impl<'a> IntersectionAssembly<'a> {
             (self.context.network.side, intersection_key("intersection area", intersection).word("arm"));
         let ground =
             LightGround { rings: vec![outline.places.clone()], lanelets: self.car_lanelets(paths).collect(), arms };
-        let crossings = self.context.crossings;
-        // Where one road divides and nobody else comes, nobody waits.
+        let legs = legs_of(&self.assembly, arms);
+        let ranked = self.ranked_movements(arms, paths, &controls, &legs);
+        let (crossings, network) = (self.context.crossings, self.context.network);
+        let is_public = |arm: usize| network.road(arms[arm].at.road).public;
+        let waits = |x: usize, y: usize| {
+            let [one, other] = [x, y].map(|at| paths[at].movement);
+            let are_public = || [one.from, one.to, other.from, other.to].into_iter().all(is_public);
+            one.from != other.from && are_public() && !(one.to == other.to && goes_on(&ranked[x], &ranked[y]))
+        };
+        // Drivers expect no line where they wait for nobody: where their road only divides, where others join it, before driveways.
         let watches = |i: usize| {
-            let alone = paths.iter().all(|path| path.movement.from == i) && conflicts.real.iter().all(Vec::is_empty);
-            controls[i] != Control::None || crossings.at(arms[i].at).next().is_some() || !alone
+            let own = (0..paths.len()).filter(|&x| paths[x].movement.from == i);
+            let waits_for_some = |x: usize| conflicts.real[x].iter().any(|&y| waits(x, y));
+            let is_private = !is_public(i);
+            let is_guarded = || controls[i] != Control::None || crossings.at(arms[i].at).next().is_some();
+            is_private || is_guarded() || own.clone().any(waits_for_some)
         };
         for (i, arm) in arms.iter().enumerate().filter(|(i, _)| watches(*i)) {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
             controlled.draw(&mut self.assembly, key, &ground);
         }
-        let legs = legs_of(&self.assembly, arms);
-        let ranked = self.ranked_movements(arms, paths, &controls, &legs);
         rights_of_way(&mut self.assembly, &legs, paths, &ranked, conflicts, &[]);
         let of_leg = headings(&legs, paths);
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
@@ -298,6 +308,15 @@ impl<'a> IntersectionAssembly<'a> {
             let lanelets: Vec<LaneletId> = paths.iter().chain(bicycles).map(|path| path.lanelet).collect();
             announce_to(&mut self.assembly, crosswalk, lanelets.into_iter());
         }
+    }
+}
+
+/// Whether the first of two movements that join goes on as if the other was not there: it has priority, or goes straight on where the
+/// other turns.
+fn goes_on(one: &RankedMovement, other: &RankedMovement) -> bool {
+    match (one.priority, other.priority) {
+        (Some(first), Some(second)) => first && !second,
+        _ => one.turn == Turn::Straight && other.turn != Turn::Straight,
     }
 }
 

@@ -1,13 +1,12 @@
-//! Pairs of intersections between which no vehicle can wait, and whether one intersection in their place is a good one.
+//! Pairs of intersections with little room between them, and whether one intersection in their place is a good one.
 
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
-use crate::builder::lanes::road_cut::VEHICLE;
-use crate::builder::network::road_end::is_between_crossings;
-use crate::builder::network::{IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::road_end::{is_between_crossings, leads_in, leads_out, other_end};
+use crate::builder::network::{End, FeatureKind, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::index::extent;
 
@@ -16,23 +15,73 @@ use super::short_links::CAR_RADIUS;
 
 /// An intersection of which roads without room lie inside is at most this long, metres: beyond, drivers see two.
 const LONGEST_MERGED: f64 = 55.0;
-/// A lanelet that sways by more than this, degrees, wiggles.
-const MOST_SWAY: f64 = 30.0;
+/// Between two intersections a map maker leaves at least this much road, metres: a car of 5 m, and a metre before and behind it.
+const LEAST_ROOM: f64 = 7.0;
+/// A ring of one-way roads that is at most this long, metres, is a roundabout for whoever drives on it: 32 m across.
+const SMALL_RING: f64 = 100.0;
+/// A lanelet that sways by more than this, degrees, wiggles: less than that is how cars cross where two side streets are staggered.
+const MOST_SWAY: f64 = 45.0;
 
-/// The roads between two intersections on which no vehicle can wait, because turns took its room; in order. Of a row of intersections
-/// there are none: it would become one, and so would what lies behind. `closed` are the nodes at which such roads were merged before.
+/// The roads between two intersections on which a map maker would draw no stop line, because turns took their room; in order. Of a row
+/// of them every other one, the shortest first: else the row would become one intersection. `closed` are the nodes at which such roads
+/// were merged before. Roads with a crosswalk stay, and those around an island: both would be lost.
 pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed: &FxHashSet<i64>) -> Vec<RoadIx> {
     let network = &layout.network;
-    let is_one = |ix: &RoadIx| is_between_crossings(network, network.road(*ix)) && layout.left(*ix) < VEHICLE;
-    let all: Vec<RoadIx> = RoadIx::all(network.roads.len()).filter(is_one).collect();
-    let ends = |ix: RoadIx| [network.road(ix).from, network.road(ix).to];
-    let mut counts: FxHashMap<IntersectionIx, usize> = FxHashMap::default();
-    all.iter().flat_map(|&ix| ends(ix)).for_each(|at| *counts.entry(at).or_default() += 1);
-    let is_alone = |at: IntersectionIx| {
-        counts[&at] == 1 && !network.intersection(at).nodes.iter().any(|node| closed.contains(node))
+    let is_closed = |at: IntersectionIx| network.intersection(at).nodes.iter().any(|node| closed.contains(node));
+    let is_one = |ix: &RoadIx| {
+        let road = network.road(*ix);
+        let carries_crosswalk = || road.features.iter().any(|it| matches!(it.kind, FeatureKind::Crossing { .. }));
+        is_between_crossings(network, road)
+            && layout.left(*ix) < LEAST_ROOM
+            && !refused.contains(&road.key)
+            && ![road.from, road.to].into_iter().any(is_closed)
+            && !carries_crosswalk()
+            && !is_around_island(network, *ix)
+            && !is_in_small_ring(network, *ix)
     };
-    let pairs = all.iter().copied().filter(|&ix| ends(ix).into_iter().all(is_alone));
-    pairs.filter(|ix| !refused.contains(&network.road(*ix).key)).collect()
+    let mut shortest_first: Vec<RoadIx> = RoadIx::all(network.roads.len()).filter(is_one).collect();
+    shortest_first.sort_by(|a, b| layout.left(*a).total_cmp(&layout.left(*b)).then(a.cmp(b)));
+    let mut taken: FxHashSet<IntersectionIx> = FxHashSet::default();
+    shortest_first.retain(|ix| {
+        let ends = [network.road(*ix).from, network.road(*ix).to];
+        let is_free = !ends.iter().any(|end| taken.contains(end));
+        if is_free {
+            taken.extend(ends);
+        }
+        is_free
+    });
+    shortest_first.sort_unstable();
+    shortest_first
+}
+
+/// Whether another road leads between the same two intersections: an island, a bus bay or a turning circle lies between.
+fn is_around_island(network: &RoadNetwork, of: RoadIx) -> bool {
+    let road = network.road(of);
+    let leads_there = |arm: &&RoadEnd| network.intersection_at(other_end(**arm)) == road.to;
+    network.intersection(road.from).arms.iter().filter(leads_there).count() > 1
+}
+
+/// Whether a road is part of a small ring of one-way roads, such as a roundabout without tags: from its one end vehicles come around to the
+/// other. Half a ring is no intersection.
+fn is_in_small_ring(network: &RoadNetwork, of: RoadIx) -> bool {
+    let is_one_way = |arm: RoadEnd| leads_out(network, arm) && !leads_in(network, arm);
+    let length = |ix: RoadIx| network.road(ix).line.length();
+    let [start, end] = [End::Start, End::End].map(|end| RoadEnd { road: of, end });
+    let Some(first) = [start, end].into_iter().find(|arm| is_one_way(*arm)) else { return false };
+    let goal = network.intersection_at(first);
+    let mut open = vec![(network.intersection_at(other_end(first)), length(of))];
+    let mut seen: FxHashSet<IntersectionIx> = FxHashSet::default();
+    while let Some((at, driven)) = open.pop() {
+        if at == goal {
+            return true;
+        }
+        if seen.insert(at) {
+            let onward = network.intersection(at).arms.iter().filter(|arm| is_one_way(**arm));
+            let reached = onward.map(|arm| (network.intersection_at(other_end(*arm)), driven + length(arm.road)));
+            open.extend(reached.filter(|(_, driven)| *driven <= SMALL_RING));
+        }
+    }
+    false
 }
 
 /// The middles of all roads, by place.

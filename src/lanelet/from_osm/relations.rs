@@ -7,8 +7,8 @@ use crate::lanelet::align::{align, crosses_only_as_used, opposed};
 use crate::lanelet::element_roles::{is_sign, role_limits};
 use crate::lanelet::vocabulary;
 use crate::lanelet::{
-    AreaId, Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
-    RegulatoryElement, RegulatoryElementId, Target,
+    AreaId, Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, LoadFault, Member, PointId,
+    PolygonId, RegulatoryElement, RegulatoryElementId, Target,
 };
 use crate::osm;
 use crate::osm::{ElementKind, Relation, Text};
@@ -295,7 +295,9 @@ impl Loader<'_> {
     fn creates(&mut self, relation: &Relation, subtype: &Text, members: &[(Text, Target)]) -> bool {
         let subject = Subject::RegulatoryElement(relation.id);
         let Some(limits) = role_limits(subtype) else {
-            let condition = Condition::UnknownSubtype { subtype: subtype.clone() };
+            let has = |role: &str| relation.members.iter().any(|member| member.role == role);
+            let condition =
+                Condition::UnknownSubtype { subtype: subtype.clone(), has_bounds: has("left") && has("right") };
             self.fault(subject, &relation.span, condition);
             return false;
         };
@@ -334,7 +336,12 @@ impl Loader<'_> {
                 self.fault(subject, &relation.span, condition);
             }
         }
-        let is_created = self.loaded.faults.len() == before;
+        // Of several stop lines of a right of way the first one counts.
+        let loads = |fault: &LoadFault| {
+            matches!(&fault.condition, Condition::MemberCount { count, .. } if *count > 0)
+                && fault.condition.is_unsaid()
+        };
+        let is_created = self.loaded.faults[before..].iter().all(loads);
         if !is_created && relation.members.is_empty() {
             self.loaded.faults.truncate(before);
             self.fault(subject, &relation.span, Condition::WithoutMembers { subtype: subtype.clone() });

@@ -140,7 +140,7 @@ fn regulatory_elements_need_what_their_constructor_needs() {
     };
     let subtype = r#"<tag k="subtype" v="traffic_light"/>"#;
     assert_eq!(changed(subtype, ""), [element(Condition::WithoutSubtype { meant: None }), gone.clone()]);
-    let unknown = Condition::UnknownSubtype { subtype: text("yield") };
+    let unknown = Condition::UnknownSubtype { subtype: text("yield"), has_bounds: false };
     assert_eq!(changed(subtype, r#"<tag k="subtype" v="yield"/>"#), [element(unknown), gone.clone()]);
     let count = |subtype: &str, at: usize, count| {
         element(Condition::MemberCount { subtype: text(subtype), limit: role_limits(subtype).unwrap()[at], count })

@@ -24,6 +24,7 @@ pub mod tier4_yields;
 mod traffic;
 mod types;
 mod union_find;
+mod unloaded;
 mod unmarked;
 mod user_names;
 pub mod view;
@@ -54,7 +55,7 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault};
+use super::{Condition, Lanelet, LaneletId, LaneletMap, LineStringId, LoadFault, RegulatoryElementId};
 use crate::diagnostic::Subject;
 use crate::parallel::InSmallParts;
 use crate::settings::Settings;
@@ -82,11 +83,6 @@ impl<'m> MapIndex<'m> {
         let conflicts = conflict::conflicts(map, &lanes, &tree);
         let intersections = intersection::intersections(map, &lanes, &tree, &conflicts);
         let side = driving_side::votes(&lanes, &intersections, settings);
-        let elements = map
-            .lanelets
-            .iter()
-            .flat_map(|lanelet| lanelet.regulatory_elements.iter().map(|&element| (element, lanelet.id)));
-        let referrers = grouped(elements);
         let [intersections_of, touching] = intersections_by_lane(&intersections, lanes.len());
         let named = user_names::entries(map, &intersections, settings);
         let mut index = Self {
@@ -107,9 +103,10 @@ impl<'m> MapIndex<'m> {
             named,
             stop_lines: Default::default(),
             unmarked: Default::default(),
+            unloaded: Default::default(),
             tree,
             edges: Default::default(),
-            referrers,
+            referrers: referrers(map),
             naming: Default::default(),
             intersections_of,
             touching,
@@ -123,6 +120,12 @@ impl<'m> MapIndex<'m> {
             .collect();
         index
     }
+}
+
+/// The lanelets that refer to each regulatory element.
+fn referrers(map: &LaneletMap) -> FxHashMap<RegulatoryElementId, Vec<LaneletId>> {
+    let of = |lanelet: &Lanelet| lanelet.regulatory_elements.iter().map(|&id| (id, lanelet.id)).collect::<Vec<_>>();
+    grouped(map.lanelets.iter().flat_map(of))
 }
 
 /// Marks the lanes that are driven both ways: another lanelet has the same bounds in exchanged roles.

@@ -45,7 +45,7 @@ impl MapIndex<'_> {
     }
 
     /// Whether a lane is part of a roundabout, leaves it or joins it.
-    pub(super) fn is_at_roundabout(&self, lane: usize) -> bool {
+    pub fn is_at_roundabout(&self, lane: usize) -> bool {
         self.ends_on_roundabout(lane) != [false; 2]
     }
 

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::filled_unions::{FILLED, FilledUnions};
 use super::lane::{Edge, Lane};
@@ -86,6 +86,8 @@ pub struct MapIndex<'m> {
     pub(super) naming: Naming,
     /// Found when it is first asked for.
     pub(super) unmarked: OnceLock<Vec<Unmarked>>,
+    /// The same.
+    pub(super) unloaded: OnceLock<FxHashSet<PointId>>,
     pub(super) intersections_of: Vec<Vec<usize>>,
     pub(super) touching: Vec<Vec<usize>>,
     pub(super) view: View<'m>,

@@ -1,15 +1,14 @@
 //! Intersections that no area marks: lanes that cross or join others from other approaches.
 
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::STRAIGHT_ON;
 use super::lane::{Edge, Lane, extent};
 use super::types::{Conflict, MapIndex, Unmarked};
 use super::union_find::UnionFind;
 use super::view::boxes_meet;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
 use crate::lanelet::{LineStringId, PointId};
-use crate::parallel::InSmallParts;
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
@@ -25,6 +24,9 @@ const CONTINUING: f64 = 1.0;
 const LONGEST: f64 = 100.0;
 /// A lane that starts at the stop line of its light may be this long (m): as wide are the largest intersections.
 const LONGEST_RULED: f64 = 150.0;
+/// A branch that is cut into pieces has at most so many behind the common lane, each at most so long (m).
+const BRANCH_PIECES: usize = 3;
+const LONGEST_BRANCH_PIECE: f64 = 20.0;
 /// A carriageway has no more lanes than these.
 const WIDEST: usize = 16;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
@@ -47,6 +49,18 @@ impl MapIndex<'_> {
         self.unmarked.get_or_init(|| self.find_unmarked())
     }
 
+    /// Whether a lane turns to one side at an intersection that no area marks, and so is no stretch of road.
+    pub fn turns_at_unmarked(&self, lane: usize) -> bool {
+        self.lanes[lane].turn().abs() > STRAIGHT_ON && self.is_at_unmarked(lane)
+    }
+
+    /// Whether a lane belongs to an intersection that no area marks.
+    pub fn is_at_unmarked(&self, lane: usize) -> bool {
+        self.unmarked_intersections().iter().any(|one| one.lanes.binary_search(&lane).is_ok())
+    }
+
+    // Rules that run at the same time wait for this one. It does no work of several threads: one that waits for the others would take up
+    // another rule, and that one would wait for this for ever.
     fn find_unmarked(&self) -> Vec<Unmarked> {
         let mut groups = UnionFind::new(self.lanes.len());
         let mut taking_part: FxHashSet<usize> = FxHashSet::default();
@@ -115,7 +129,7 @@ impl MapIndex<'_> {
             one.joins |= [x, y].into_iter().all(|lane| self.is_at_roundabout(lane));
             (!self.is_ruled_by_roundabout(x, y)).then_some(one)
         };
-        all.into_par_iter().in_small_parts().filter_map(outside).collect()
+        all.into_iter().filter_map(outside).collect()
     }
 
     /// Whether two lanes of one of these pairs lead to different roads: their ends are not linked, one beside the other. Who joins the
@@ -199,7 +213,22 @@ impl MapIndex<'_> {
     fn meet_if(&self, x: usize, conflict: &Conflict, at_roundabout: impl Fn() -> bool) -> bool {
         let [one, other] = [x, conflict.other].map(|lane| &self.lanes[lane]);
         let is_one_road = nearly_continue(one, other) || nearly_continue(other, one);
-        !is_one_road && (self.cross(x, conflict, at_roundabout) || lead_head_on(one, other))
+        let only_part = || self.branched_before(x, conflict.other) && !change_sides(one, other);
+        !is_one_road && !only_part() && (self.cross(x, conflict, at_roundabout) || lead_head_on(one, other))
+    }
+
+    /// Whether two lanes come from one, each over short pieces at most: their branch begins before them.
+    pub fn branched_before(&self, x: usize, y: usize) -> bool {
+        let before = |lane: usize| {
+            let only = move |&at: &usize| match self.predecessors(at) {
+                &[one] => Some(one),
+                _ => None,
+            };
+            let short = move |&at: &usize| self.lanes[at].length() <= LONGEST_BRANCH_PIECE;
+            let first = only(&lane);
+            std::iter::successors(first, move |at| short(at).then(|| only(at)).flatten()).take(BRANCH_PIECES)
+        };
+        before(x).any(|one| before(y).any(|other| other == one))
     }
 
     fn are_at_roundabout(&self, x: usize, y: usize) -> bool {

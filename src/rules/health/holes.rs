@@ -166,6 +166,9 @@ impl<'m> Holes<'m> {
             return None;
         }
         let ids = [a.end, b.end];
+        if self.is_there(edge.ids, ids) {
+            return None;
+        }
         let beyond = if forward { self.map.starting_at(ids) } else { self.map.ending_at(ids) };
         let beyond = beyond.iter().copied().find(|&other| other != at && self.is_road(other));
         let idle = lines.iter().filter(|line| !self.bounds.contains(line)).count();
@@ -204,6 +207,14 @@ impl<'m> Holes<'m> {
         let (before, after) = if forward { (Some(at), beyond) } else { (beyond, Some(at)) };
         let outline = a.points.iter().chain(b.points.iter().rev()).copied().collect();
         Some(Hole { before, after, lines, outline, length: center.length() })
+    }
+
+    /// Whether a lane leads from one pair of points to another, whichever way, over other lines than those.
+    fn is_there(&self, [a, b]: [PointId; 2], [c, d]: [PointId; 2]) -> bool {
+        let leads = |from: [PointId; 2], to: [PointId; 2]| {
+            self.map.starting_at(from).iter().any(|&at| self.map.lanes[at].end.ids == to)
+        };
+        leads([a, b], [c, d]) || leads([c, d], [a, b]) || leads([b, a], [d, c]) || leads([d, c], [b, a])
     }
 
     /// Whether two lines beyond a lane, of which so many bound no lanelet, may be the borders of a lane that leads to none. The lane is

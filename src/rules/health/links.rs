@@ -56,8 +56,8 @@ impl<'m> Links<'m> {
             head_on: Vec::new(),
             crowds: Vec::new(),
             holes: Vec::new(),
-            ends: BTreeSet::new(),
-            starts: BTreeSet::new(),
+            ends: (0..map.lanes.len()).filter(|&at| map.is_at_unloaded(&map.lanes[at].end)).collect(),
+            starts: (0..map.lanes.len()).filter(|&at| map.is_at_unloaded(&map.lanes[at].start)).collect(),
         };
         links.find_near_misses(params);
         links.find_head_on();

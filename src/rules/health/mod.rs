@@ -10,6 +10,7 @@ mod network;
 mod params;
 mod shape;
 mod street_ends;
+mod wide;
 
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
@@ -26,6 +27,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     findings.extend(ends::judge(map, params, &moves, &links));
     findings.extend(fans::judge(map));
     findings.extend(narrow::judge(map, params, &moves));
+    findings.extend(wide::judge(map, params));
     findings.extend(network::judge(map, params, &moves, &links));
     findings.extend(links.into_findings());
     findings

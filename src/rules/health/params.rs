@@ -17,6 +17,7 @@ pub struct Params {
     pub(super) straight_on: f64,
     pub(super) shortest_loop: f64,
     pub(super) least_width: f64,
+    pub(super) most_width: f64,
     pub(super) map_border: f64,
     pub(super) turning_place: f64,
 }

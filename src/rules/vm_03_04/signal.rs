@@ -128,10 +128,10 @@ fn on_in_lane(map: &MapIndex, params: &Params, at: usize, light: &RegulatoryElem
     }
     let line = map.stop_line(light.linestrings("ref_line").next()?)?;
     let lane = &map.lanes[at];
-    let middle = nalgebra::center(&line.ends[0], &line.ends[1]);
-    let distance = (middle - lane.end.middle()).norm();
+    let across = Polyline::new(line.ends)?;
+    let distance = across.distance(lane.end.middle());
     // A short lane may begin at the line: then it lies behind it.
-    if distance > params.stop_line || (middle - lane.start.middle()).norm() < distance {
+    if distance > params.stop_line || across.distance(lane.start.middle()) < distance {
         return None;
     }
     let (subject, element) = (Subject::Lanelet(lane.id.0), Subject::RegulatoryElement(light.id.0));
