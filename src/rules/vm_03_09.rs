@@ -49,7 +49,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 }
 
 /// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that join it and
-/// give way, and those of driveways. Before a crosswalk vehicles stop at the line of its own element.
+/// give way, those of driveways, and bicycle lanes beside it. Before a crosswalk vehicles stop at the line of its own element.
 fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) -> bool {
     let same = |other: usize| arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&other));
     let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
@@ -69,7 +69,8 @@ fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) 
             |arm: &Arm, lane: usize| arm.edges.iter().any(|edge| !edge.inward && edge.lanes.contains(&lane));
         goes_on && intersection.arms.iter().any(|arm| leads_out(arm, lane) && leads_out(arm, other))
     };
-    let waits_for = |other: usize| meets(other) && !of_driveway(other) && !joins_and_waits(other);
+    let waits_for =
+        |other: usize| !map.lanes[other].bicycle && meets(other) && !of_driveway(other) && !joins_and_waits(other);
     let waits = || map.conflicts[lane].iter().any(|one| one.real && waits_for(one.other));
     !from_private(lane)
         && (of_driveway(lane) || !waits())

@@ -2,11 +2,13 @@
 
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
+use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::road_end::{is_between_crossings, leads_in, leads_out, other_end};
 use crate::builder::network::{End, FeatureKind, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::{Point, polygon};
 use crate::lanelet::index::extent;
 
@@ -23,23 +25,42 @@ const SMALL_RING: f64 = 100.0;
 const MOST_SWAY: f64 = 45.0;
 
 /// The roads between two intersections on which a map maker would draw no stop line, because turns took their room; in order. Of a row
-/// of them every other one, the shortest first: else the row would become one intersection. `closed` are the nodes at which such roads
-/// were merged before. Roads with a crosswalk stay, and those around an island: both would be lost.
+/// of them every other one, the shortest first: else the row would become one intersection. Where driveways and aisles meet, those alone
+/// on which no vehicle can wait, and no row. `closed` are the nodes at which such roads were merged before. Roads with a crosswalk stay,
+/// and those around an island: both would be lost.
 pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed: &FxHashSet<i64>) -> Vec<RoadIx> {
     let network = &layout.network;
     let is_closed = |at: IntersectionIx| network.intersection(at).nodes.iter().any(|node| closed.contains(node));
+    let mut without_waiting: FxHashMap<IntersectionIx, usize> = FxHashMap::default();
+    let between = |ix: &RoadIx| is_between_crossings(network, network.road(*ix)) && layout.left(*ix) < VEHICLE;
+    let all = || RoadIx::all(network.roads.len());
+    all()
+        .filter(between)
+        .flat_map(|ix| [network.road(ix).from, network.road(ix).to])
+        .for_each(|at| *without_waiting.entry(at).or_default() += 1);
+    let is_minor = |at: IntersectionIx| {
+        let mut roads = network.intersection(at).arms.iter().map(|arm| network.road(arm.road));
+        roads.any(|road| !road.public || road.class >= RoadClass::Service)
+    };
+    let has_room = |ix: RoadIx| {
+        let ends = [network.road(ix).from, network.road(ix).to];
+        match ends.into_iter().any(is_minor) {
+            true => layout.left(ix) >= VEHICLE || ends.iter().any(|end| without_waiting[end] > 1),
+            false => layout.left(ix) >= LEAST_ROOM,
+        }
+    };
     let is_one = |ix: &RoadIx| {
         let road = network.road(*ix);
         let carries_crosswalk = || road.features.iter().any(|it| matches!(it.kind, FeatureKind::Crossing { .. }));
         is_between_crossings(network, road)
-            && layout.left(*ix) < LEAST_ROOM
+            && !has_room(*ix)
             && !refused.contains(&road.key)
             && ![road.from, road.to].into_iter().any(is_closed)
             && !carries_crosswalk()
             && !is_around_island(network, *ix)
             && !is_in_small_ring(network, *ix)
     };
-    let mut shortest_first: Vec<RoadIx> = RoadIx::all(network.roads.len()).filter(is_one).collect();
+    let mut shortest_first: Vec<RoadIx> = all().filter(is_one).collect();
     shortest_first.sort_by(|a, b| layout.left(*a).total_cmp(&layout.left(*b)).then(a.cmp(b)));
     let mut taken: FxHashSet<IntersectionIx> = FxHashSet::default();
     shortest_first.retain(|ix| {
