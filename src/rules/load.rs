@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
-    BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, RingFault,
+    BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, RingFault, RoleLimit,
     SUPPORTED_FORMAT_VERSION, known_subtypes,
 };
 
@@ -204,23 +204,7 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             with_inferred_tag(found("re-subtype", message), subject, "subtype", meant.as_deref())
         }
         Condition::UnknownSubtype { subtype, has_bounds } => unknown_subtype(subject, subtype, *has_bounds),
-        Condition::MemberCount { subtype, limit, count } => {
-            if fault.condition.is_unsaid() {
-                let message =
-                    format!("{subtype} {} has {count} stop lines; it loads, and the first one counts.", id_of(subject));
-                return Some(found("re-members", message).graded(Severity::Warning));
-            }
-            let kind = limit.kind.as_str();
-            let message =
-                format!("{subtype} {} needs {limit} {kind} with role {}, has {count}.", id_of(subject), limit.role);
-            let finding = referrers(map, found("re-members", message));
-            match subtype == "right_of_way" && limit.role == "yield" && *count == 0 {
-                true => {
-                    finding.fixed_by("remove the element, which has no effect", true, vec![Edit::Remove { subject }])
-                }
-                false => finding,
-            }
-        }
+        Condition::MemberCount { subtype, limit, count } => return member_count(map, fault, subtype, *limit, *count),
         Condition::WithoutMembers { subtype } => {
             let message = format!("{subtype} {} has no members and does not load.", id_of(subject));
             referrers(map, found("re-members", message))
@@ -251,6 +235,29 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         }
         _ => return None,
     })
+}
+
+/// What is wrong with an element that has too few or too many members of a role.
+fn member_count(map: &MapIndex, fault: &LoadFault, subtype: &str, limit: RoleLimit, count: usize) -> Option<Finding> {
+    let subject = fault.subject;
+    let found = |message: String| Finding::new("re-members", subject, message);
+    if fault.condition.is_unsaid() {
+        // Where it does not load, another fault of it says why.
+        subject.id().filter(|id| map.map.regulatory_elements.contains(RegulatoryElementId(*id)))?;
+        let message =
+            format!("{subtype} {} has {count} stop lines; it loads, and the first one counts.", id_of(subject));
+        return Some(found(message).graded(Severity::Warning));
+    }
+    let kind = limit.kind.as_str();
+    let message = format!("{subtype} {} needs {limit} {kind} with role {}, has {count}.", id_of(subject), limit.role);
+    let finding = referrers(map, found(message));
+    if subtype != "right_of_way" || limit.role != "yield" || count > 0 {
+        return Some(finding);
+    }
+    // What it referred to may only be missing from the file.
+    let loses = |other: &LoadFault| other.subject == subject && other.condition.loses("yield");
+    let is_safe = !map.faults.iter().any(loses);
+    Some(finding.fixed_by("remove the element, which has no effect", is_safe, vec![Edit::Remove { subject }]))
 }
 
 /// An area that the loader rejects.

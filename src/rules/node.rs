@@ -189,10 +189,12 @@ fn left_out(map: &MapIndex, nodes: usize) -> Finding {
     let points = map.map.points.iter().filter(|point| point.ele().is_none());
     let absent = points.map(|point| Subject::Point(point.id.0)).filter(|point| !bad.contains(point));
     let edits = absent.map(|on| Edit::SetTag { on, key: "ele".into(), value: "0".into() }).collect();
-    let message = format!(
-        "{nodes} of {} points have no ele; they lie at height 0, where Lanelet2's own writer leaves it out.",
-        map.map.points.len()
-    );
+    let message = match map.map.points.len() {
+        all if all == nodes => format!("None of the {all} points has ele: the whole map lies at height 0."),
+        all => format!(
+            "{nodes} of {all} points have no ele; they lie at height 0, where Lanelet2's own writer leaves it out."
+        ),
+    };
     Finding::new("ele-left-out", Subject::Map, message).fixed_by("write ele=0, as they load", true, edits)
 }
 

@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::{Conflict, MapIndex, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
-use crate::lanelet::{Lanelet, LaneletId, RegulatoryElement};
+use crate::lanelet::{Condition, ElementKind, Lanelet, LaneletId, RegulatoryElement, RegulatoryElementId};
 
 /// One movement with the elements that speak of it.
 pub struct Judged<'m> {
@@ -284,6 +284,17 @@ fn is_sure(map: &MapIndex, traffic: &Traffic, x: usize, y: usize) -> bool {
 /// How the elements are wired: both sides must speak of each other. `meant` says which lanelets are the rule's.
 pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding> {
     let mut findings = Vec::new();
+    // These refer to the element without the role; `tag/role` says so.
+    let nameless: FxHashSet<(LaneletId, RegulatoryElementId)> = map
+        .faults
+        .iter()
+        .filter_map(|fault| match (&fault.condition, fault.subject) {
+            (Condition::UnreadRole { kind: ElementKind::Relation, id, .. }, Subject::Lanelet(lanelet)) => {
+                Some((LaneletId(lanelet), RegulatoryElementId(*id)))
+            }
+            _ => None,
+        })
+        .collect();
     // Who has the right of way by these did not load.
     let lost: FxHashSet<Subject> =
         map.faults.iter().filter(|fault| fault.condition.loses("right_of_way")).map(|fault| fault.subject).collect();
@@ -293,7 +304,9 @@ pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding>
         let own: Vec<LaneletId> = element.lanelets("right_of_way").filter(|&id| seen.insert(id)).collect();
         let meant = |lanelet: &LaneletId| meant(*lanelet);
         for &id in own.iter().filter(|id| meant(id)) {
-            let refers = |lanelet: &Lanelet| lanelet.regulatory_elements.contains(&element.id);
+            let refers = |lanelet: &Lanelet| {
+                lanelet.regulatory_elements.contains(&element.id) || nameless.contains(&(lanelet.id, element.id))
+            };
             if map.map.lanelets.get(id).is_some_and(|lanelet| !refers(lanelet)) {
                 let message = format!(
                     "right_of_way {} has no effect on {id}: the lanelet does not reference the element.",

@@ -172,6 +172,7 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
         || area.is_some() && area == declared_area(b)
         || map.turns_at_unmarked(at)
         || map.turns_at_unmarked(other)
+        || map.shared_unmarked(at, other).is_some()
         || is_led_across(map, at, other) && is_led_across(map, other, at)
 }
 

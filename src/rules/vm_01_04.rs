@@ -38,7 +38,9 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         key(0) > key(1)
     };
     let open = |twins: &ParallelBounds| !twins.ways.iter().any(|&way| is_barrier(map, way));
-    let fits = |one: &ParallelBounds| one.opposed && open(one) && first(one) && !part(map, one, params);
+    // vm-03-01 says what is to be done there.
+    let in_one = |one: &ParallelBounds| map.shared_unmarked(one.lanes[0], one.lanes[1]).is_some();
+    let fits = |one: &ParallelBounds| one.opposed && open(one) && first(one) && !part(map, one, params) && !in_one(one);
     let mut by_lane: BTreeMap<usize, Vec<ParallelBounds>> = BTreeMap::new();
     for one in twins.into_iter().filter(fits) {
         by_lane.entry(one.lanes[0]).or_default().push(one);

@@ -130,9 +130,13 @@ fn forgotten_labels(map: &MapIndex, params: &Params, intersection: &Unmarked) ->
     let takes_part = |lane: &usize| map.meets_others(*lane) && !map.begins_in_a_point(*lane);
     let told = missing.into_iter().filter(takes_part).map(|lane| {
         let id = map.lanes[lane].id;
-        let behind = map.predecessors(lane).iter().find(|&&before| says(&before)).map_or(String::new(), |&before| {
-            format!("; it goes on with the movement {}: merge them", map.lanes[before].id)
-        });
+        // The second piece of one movement: nothing else leads from the one to anywhere, or to the other.
+        let behind = match map.predecessors(lane) {
+            &[before] if says(&before) && map.followers(before).len() == 1 => {
+                format!("; it goes on with the movement {}: merge them", map.lanes[before].id)
+            }
+            _ => String::new(),
+        };
         let message = format!(
             "Lanelet {id} has no turn_direction, as {labelled} others have that cross or join there (it turns {}){behind}.",
             degrees(map.lanes[lane].turn())

@@ -133,6 +133,10 @@ fn pairing(
         let message = format!("traffic_light {id} has {count} bodies but {others} lines of bulbs.");
         return Some(Finding::new("bulbs-count", subject, message));
     }
+    // Of bulbs that name nothing, that is told.
+    if !ids_above_zero && bulbs.iter().any(|line| !line.attributes.has("traffic_light_id")) {
+        return None;
+    }
     let own: BTreeSet<i64> = bodies.iter().map(|line| line.id.0).collect();
     let named = bulbs.iter().filter_map(|line| leading_integer(line.attributes.get("traffic_light_id")?));
     let named: BTreeSet<i64> = named.filter(|id| i32::try_from(*id).is_ok() && (*id > 0 || !ids_above_zero)).collect();

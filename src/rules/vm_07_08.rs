@@ -1,7 +1,6 @@
 //! vm-07-08: outside intersections lanes do not lie on each other.
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -49,7 +48,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             // Around an island of several lanes they cross by design.
             let are_at_one = || [at, conflict.other].into_iter().all(|lane| map.is_at_roundabout(lane));
             let by_roundabout = || map.share_roundabout_element(at, conflict.other) || are_at_one();
-            if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
+            if joined(map, at, conflict) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
                 continue;
             }
             pairs.push(([at, conflict.other], finding(map, params, at, conflict)));
@@ -57,12 +56,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     }
     // Of an intersection without an area, vm-03-01 tells with all its lanelets; on private ground it only remarks on it.
     if !pairs.is_empty() {
-        let unmarked = map.unmarked_intersections();
-        let told = unmarked.iter().filter(|one| !one.private);
-        let members = told.enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
-        let of_lane: FxHashMap<usize, usize> = members.collect();
-        let meet = |[a, b]: &[usize; 2]| of_lane.get(a).is_some_and(|one| of_lane.get(b) == Some(one));
-        pairs.retain(|(lanes, _)| !meet(lanes));
+        pairs.retain(|([a, b], _)| map.shared_unmarked(*a, *b).is_none_or(|one| one.private));
     }
     findings.extend(pairs.into_iter().map(|(_, finding)| finding));
     findings
@@ -96,12 +90,13 @@ fn angle(a: &Lane, b: &Lane, place: Point) -> Option<f64> {
 }
 
 /// Whether two lanes merge or branch: they start or end together, or a lane that one follows is beside the other.
-fn joined(map: &MapIndex, x: usize, y: usize) -> bool {
+fn joined(map: &MapIndex, x: usize, conflict: &Conflict) -> bool {
+    let y = conflict.other;
     let (a, b) = (&map.lanes[x], &map.lanes[y]);
     let touch = a.start.touches(&b.start) || a.end.touches(&b.end);
     let common = |one: &[usize], other: &[usize]| one.iter().any(|lane| other.contains(lane));
     touch
-        || map.branched_before(x, y)
+        || map.branched_before(x, conflict)
         || common(map.followers(x), map.followers(y))
         || common(map.predecessors(x), map.predecessors(y))
 }

@@ -6,7 +6,7 @@ use crate::lanelet::LaneletId;
 use crate::lanelet::index::{Lane, MapIndex};
 
 /// A walkway that reaches by less over the edge of a lane, metres, ends at its kerb and does not cross it.
-const LEAST_CROSSED: f64 = 0.25;
+const LEAST_CROSSED: f64 = 1.0;
 
 /// From where to where along a walkway lanes lie under it, metres from its start; `None` if none does.
 pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>) -> Option<[f64; 2]> {

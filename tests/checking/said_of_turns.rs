@@ -70,6 +70,30 @@ fn a_branch_that_begins_with_short_pieces_is_no_intersection() {
     assert_eq!(["vm-03-01/unmarked", "vm-07-08/crossing"].map(|code| count(&data, code)), [0, 0]);
 }
 
+/// The two branches part and lie on each other again 60 m behind the fork: one of them is drawn wrongly.
+#[test]
+fn branches_that_cross_farther_on_are_told() {
+    let mut sheet = Sheet::default();
+    let [a, b] = sheet.nodes([[-40.0, 3.5], [-40.0, 0.0]]);
+    let [left, right] = sheet.nodes([[0.0, 3.5], [0.0, 0.0]]);
+    sheet.road(&[a, left], &[b, right], "");
+    for [mid_left, mid_right, far_left, far_right] in [
+        [[10.0, 6.0], [10.0, 2.5], [110.0, -30.0], [108.0, -33.5]],
+        [[10.0, 1.0], [10.0, -2.5], [108.0, 36.5], [110.0, 33.0]],
+    ] {
+        let [p, q, r, s] = sheet.nodes([mid_left, mid_right, far_left, far_right]);
+        let [t, u] = match mid_left[1] > 3.0 {
+            true => sheet.nodes([[55.0, 40.0], [55.0, 36.5]]),
+            false => sheet.nodes([[55.0, -33.0], [55.0, -36.5]]),
+        };
+        sheet.road(&[left, p], &[right, q], "");
+        sheet.road(&[p, t, r], &[q, u, s], "");
+    }
+    let data = sheet.drawing.data();
+    let told = ["vm-03-01/unmarked", "vm-07-08/crossing", "vm-07-08/overlap"].map(|code| count(&data, code));
+    assert_eq!(told.iter().sum::<usize>(), 1, "{told:?}");
+}
+
 /// A walkway beside a lane, which it reaches over by so many metres.
 fn walkway(over: f64) -> OsmData {
     let mut sheet = Sheet::default();
@@ -168,4 +192,23 @@ fn limits_in_metres_per_second_are_told() {
     };
     assert_eq!(["13.89", "13.888888888", "11.175", "19.44"].map(told), [4; 4]);
     assert_eq!(["50", "10", "12.5", "5", "40.23", "14"].map(told), [0; 6]);
+}
+
+/// A lanelet of 12 m is drawn for a whole road; on a circuit its centre line says where vehicles drive.
+#[test]
+fn a_lane_as_wide_as_three_is_told_unless_it_has_a_centre_line() {
+    let map = |is_circuit: bool| {
+        let mut sheet = Sheet::default();
+        let [a, b, c, d, e, f] =
+            sheet.nodes([[0.0, 12.0], [80.0, 12.0], [0.0, 0.0], [80.0, 0.0], [0.0, 4.0], [80.0, 4.0]]);
+        sheet.road(&[a, b], &[c, d], "");
+        let line = sheet.way(&[e, f], "type=virtual");
+        let mut data = sheet.drawing.data();
+        if is_circuit {
+            let member = lanewright::osm::Member { kind: ElementKind::Way, id: line, role: "centerline".into() };
+            data.relations[0].members.push(member);
+        }
+        count(&data, "health/wide")
+    };
+    assert_eq!([map(false), map(true)], [1, 0]);
 }

@@ -26,8 +26,8 @@ const MOST_SWAY: f64 = 45.0;
 
 /// The roads between two intersections on which a map maker would draw no stop line, because turns took their room; in order. Of a row
 /// of them every other one, the shortest first: else the row would become one intersection. Where driveways and aisles meet, those alone
-/// on which no vehicle can wait, and no row. `closed` are the nodes at which such roads were merged before. Roads with a crosswalk stay,
-/// and those around an island: both would be lost.
+/// on which no vehicle can wait, and no row. `closed` are the nodes at which such roads were merged before. Roads with a crosswalk stay:
+/// it would be lost.
 pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed: &FxHashSet<i64>) -> Vec<RoadIx> {
     let network = &layout.network;
     let is_closed = |at: IntersectionIx| network.intersection(at).nodes.iter().any(|node| closed.contains(node));
@@ -57,7 +57,6 @@ pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed:
             && !refused.contains(&road.key)
             && ![road.from, road.to].into_iter().any(is_closed)
             && !carries_crosswalk()
-            && !is_around_island(network, *ix)
             && !is_in_small_ring(network, *ix)
     };
     let mut shortest_first: Vec<RoadIx> = all().filter(is_one).collect();
@@ -120,11 +119,58 @@ impl RoadMiddles {
     }
 }
 
-/// Whether an intersection in which roads without room lie is drawn as a map maker would: it is not too large, it leads along the ends of
-/// all its roads and around no other one, and no more lanelets wiggle than before.
-pub fn is_well_merged(layout: &Layout, middles: &RoadMiddles, at: IntersectionIx, swaying_before: usize) -> bool {
+/// The end of a road, whatever the network.
+type Place = (RoadKey, End);
+
+/// Two intersections before they become one.
+pub struct Pair {
+    /// How many of their lanelets wiggle.
+    swaying: usize,
+    /// From which ends of roads vehicles drive to which, at either of them or over the road between.
+    ways: FxHashSet<[Place; 2]>,
+    /// Whether another road leads from the one to the other, around an island.
+    has_island: bool,
+}
+
+impl Pair {
+    /// Those at the ends of a road.
+    pub fn of(layout: &Layout, road: RoadIx) -> Self {
+        let ends = [layout.network.road(road).from, layout.network.road(road).to];
+        let swaying = |at: IntersectionIx| layout.turning[at.position()].as_deref().map_or(0, swaying_lanelets);
+        let at_each = ends.map(|at| ways_at(layout, at));
+        let place = |end: RoadEnd| (layout.network.road(end.road).key, end.end);
+        let is_outer = |[from, to]: &[RoadEnd; 2]| from.road != road && to.road != road;
+        let mut ways: FxHashSet<[Place; 2]> =
+            at_each.iter().flatten().filter(|way| is_outer(way)).map(|way| way.map(place)).collect();
+        for [first, second] in [[0, 1], [1, 0]] {
+            let into = at_each[first].iter().filter(|[from, to]| from.road != road && to.road == road);
+            let out = || at_each[second].iter().filter(|[from, to]| from.road == road && to.road != road);
+            ways.extend(into.flat_map(|[from, _]| out().map(move |[_, to]| [place(*from), place(*to)])));
+        }
+        let has_island = is_around_island(&layout.network, road);
+        Self { swaying: ends.into_iter().map(swaying).sum(), ways, has_island }
+    }
+}
+
+/// From which ends of roads vehicles drive to which at an intersection.
+fn ways_at(layout: &Layout, at: IntersectionIx) -> FxHashSet<[RoadEnd; 2]> {
+    let arms = &layout.network.intersection(at).arms;
+    let paths = layout.turning[at.position()].iter().flat_map(|turning| &turning.drawn.paths);
+    paths.map(|path| [arms[path.movement.from], arms[path.movement.to]]).collect()
+}
+
+/// Whether an intersection in which a road without room lies is drawn as a map maker would: it is not too large, it leads along the ends of
+/// all its roads and around no other one, vehicles drive wherever they did before, and no more lanelets wiggle.
+pub fn is_well_merged(layout: &Layout, middles: &RoadMiddles, at: IntersectionIx, before: &Pair) -> bool {
     let Some(turning) = &layout.turning[at.position()] else { return true };
-    let Some(area) = &turning.area else { return swaying_lanelets(turning) <= swaying_before };
+    let place = |end: RoadEnd| (layout.network.road(end.road).key, end.end);
+    let ways: FxHashSet<[Place; 2]> = ways_at(layout, at).into_iter().map(|way| way.map(place)).collect();
+    // An island goes only where a turn had no room before.
+    let is_needless = before.has_island && before.ways == ways;
+    if is_needless || swaying_lanelets(turning) > before.swaying || !before.ways.is_subset(&ways) {
+        return false;
+    }
+    let Some(area) = &turning.area else { return true };
     let is_large = || area.places.iter().any(|a| area.places.iter().any(|b| (a - b).norm() > LONGEST_MERGED));
     let arms = &layout.network.intersection(at).arms;
     let [low, high] = extent(&area.places).map(|corner| [corner.x, corner.y]);
@@ -135,15 +181,11 @@ pub fn is_well_merged(layout: &Layout, middles: &RoadMiddles, at: IntersectionIx
             !arms.iter().any(|arm| arm.road == middle.data) && polygon::contains(&area.places, Point::new(x, y))
         })
     };
-    area.lost.is_empty()
-        && area.overrun.is_empty()
-        && swaying_lanelets(turning) <= swaying_before
-        && !is_large()
-        && !encloses()
+    area.lost.is_empty() && area.overrun.is_empty() && !is_large() && !encloses()
 }
 
 /// How many lanelets of an intersection wiggle, or bend too tightly for a car.
-pub fn swaying_lanelets(turning: &IntersectionLanelets) -> usize {
+fn swaying_lanelets(turning: &IntersectionLanelets) -> usize {
     let is_one = |path: &&TurningLanelet| path.sway > MOST_SWAY || path.radius < CAR_RADIUS;
     turning.drawn.paths.iter().filter(is_one).count()
 }

@@ -24,7 +24,7 @@ use crate::builder::streets::lane_drop::{LaneDrop, with_lane_drops};
 use crate::builder::streets::lane_opening::{LaneOpening, with_lane_openings};
 use crate::diagnostic::Finding;
 
-use super::close_intersections::{RoadMiddles, is_well_merged, roads_without_room, swaying_lanelets};
+use super::close_intersections::{Pair, RoadMiddles, is_well_merged, roads_without_room};
 use super::lane_drops::{added_lanes, lane_drops};
 use super::lane_openings::{closed_lanes, lane_openings};
 use super::last_resorts::last_resorts;
@@ -95,8 +95,8 @@ struct LayoutLoop<'a> {
     unmerged: Option<Unmerged>,
     /// The roads that were merged since.
     merged: Vec<RoadKey>,
-    /// Roads that need not be merged, but leave no room for a vehicle; and how many lanelets of the intersections at its ends wiggle.
-    closed_up: FxHashMap<RoadKey, usize>,
+    /// Roads that need not be merged, but leave little room; and the intersections at their ends as they were before.
+    closed_up: FxHashMap<RoadKey, Pair>,
     stop_lines: StopLines,
     /// The restrictions of the present network that cannot be expressed.
     notes: Vec<Finding>,
@@ -209,12 +209,8 @@ impl LayoutLoop<'_> {
             let closed = self.merged.iter().filter(|key| self.closed_up.contains_key(key));
             let closed: FxHashSet<i64> = closed.flat_map(|key| [key.first, key.last]).collect();
             roads = roads_without_room(&self.layout, &self.refused, &closed);
-            let Layout { network, turning, .. } = &self.layout;
-            let swaying = |at: IntersectionIx| turning[at.position()].as_deref().map_or(0, swaying_lanelets);
-            self.closed_up.extend(roads.iter().map(|road| {
-                let one = network.road(*road);
-                (one.key, swaying(one.from) + swaying(one.to))
-            }));
+            let layout = &self.layout;
+            self.closed_up.extend(roads.iter().map(|road| (layout.network.road(*road).key, Pair::of(layout, *road))));
         }
         if roads.is_empty() {
             return false;
@@ -266,15 +262,15 @@ impl LayoutLoop<'_> {
     /// Of the roads that did not have to be merged, those that made no good intersection.
     fn badly_merged(&self) -> Vec<RoadKey> {
         let network = &self.layout.network;
-        let closed_up = self.merged.iter().filter_map(|key| Some((*key, *self.closed_up.get(key)?)));
-        let by_node: FxHashMap<i64, (RoadKey, usize)> = closed_up.map(|one| (one.0.first, one)).collect();
+        let closed_up = self.merged.iter().filter_map(|key| Some((*key, self.closed_up.get(key)?)));
+        let by_node: FxHashMap<i64, (RoadKey, &Pair)> = closed_up.map(|one| (one.0.first, one)).collect();
         if by_node.is_empty() {
             return Vec::new();
         }
         let middles = RoadMiddles::of(network);
         let of_each = IntersectionIx::all(network.intersections.len()).flat_map(|ix| {
             let inside = network.intersection(ix).nodes.iter().filter_map(|node| by_node.get(node));
-            inside.filter(|(_, swaying)| !is_well_merged(&self.layout, &middles, ix, *swaying)).collect::<Vec<_>>()
+            inside.filter(|(_, before)| !is_well_merged(&self.layout, &middles, ix, before)).collect::<Vec<_>>()
         });
         of_each.map(|(key, _)| *key).collect()
     }

@@ -85,7 +85,7 @@ pub struct MapIndex<'m> {
     pub(super) referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
     pub(super) naming: Naming,
     /// Found when it is first asked for.
-    pub(super) unmarked: OnceLock<Vec<Unmarked>>,
+    pub(super) unmarked: OnceLock<(Vec<Unmarked>, FxHashMap<usize, usize>)>,
     /// The same.
     pub(super) unloaded: OnceLock<FxHashSet<PointId>>,
     pub(super) intersections_of: Vec<Vec<usize>>,

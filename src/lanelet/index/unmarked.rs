@@ -27,6 +27,8 @@ const LONGEST_RULED: f64 = 150.0;
 /// A branch that is cut into pieces has at most so many behind the common lane, each at most so long (m).
 const BRANCH_PIECES: usize = 3;
 const LONGEST_BRANCH_PIECE: f64 = 20.0;
+/// Its lanes lie on each other up to this far (m) behind the common lane.
+const BRANCH_REACH: f64 = 30.0;
 /// A carriageway has no more lanes than these.
 const WIDEST: usize = 16;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
@@ -46,7 +48,7 @@ impl MapIndex<'_> {
     /// out: lanes that only branch off, that join as on a ramp, that lie on each other or above each other, and roundabouts, but for
     /// places where who joins crosses the way of who leaves.
     pub fn unmarked_intersections(&self) -> &[Unmarked] {
-        self.unmarked.get_or_init(|| self.find_unmarked())
+        &self.unmarked_by_lane().0
     }
 
     /// Whether a lane turns to one side at an intersection that no area marks, and so is no stretch of road.
@@ -54,9 +56,30 @@ impl MapIndex<'_> {
         self.lanes[lane].turn().abs() > STRAIGHT_ON && self.is_at_unmarked(lane)
     }
 
+    /// The intersection that no area marks to which both of two lanes belong.
+    pub fn shared_unmarked(&self, x: usize, y: usize) -> Option<&Unmarked> {
+        let at = self.unmarked_of(x).filter(|at| self.unmarked_of(y) == Some(*at))?;
+        self.unmarked_intersections().get(at)
+    }
+
     /// Whether a lane belongs to an intersection that no area marks.
     pub fn is_at_unmarked(&self, lane: usize) -> bool {
-        self.unmarked_intersections().iter().any(|one| one.lanes.binary_search(&lane).is_ok())
+        self.unmarked_of(lane).is_some()
+    }
+
+    /// Position of a lane's intersection among those that no area marks.
+    fn unmarked_of(&self, lane: usize) -> Option<usize> {
+        self.unmarked_by_lane().1.get(&lane).copied()
+    }
+
+    /// These intersections, and for each of their lanes the position of its own.
+    fn unmarked_by_lane(&self) -> &(Vec<Unmarked>, FxHashMap<usize, usize>) {
+        self.unmarked.get_or_init(|| {
+            let all = self.find_unmarked();
+            let lanes = all.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
+            let by_lane = lanes.collect();
+            (all, by_lane)
+        })
     }
 
     // Rules that run at the same time wait for this one. It does no work of several threads: one that waits for the others would take up
@@ -213,12 +236,14 @@ impl MapIndex<'_> {
     fn meet_if(&self, x: usize, conflict: &Conflict, at_roundabout: impl Fn() -> bool) -> bool {
         let [one, other] = [x, conflict.other].map(|lane| &self.lanes[lane]);
         let is_one_road = nearly_continue(one, other) || nearly_continue(other, one);
-        let only_part = || self.branched_before(x, conflict.other) && !change_sides(one, other);
+        // Who says that it turns means an intersection.
+        let is_labelled = || [one, other].into_iter().any(|lane| lane.lanelet.attributes.has("turn_direction"));
+        let only_part = || !is_labelled() && self.branched_before(x, conflict) && !change_sides(one, other);
         !is_one_road && !only_part() && (self.cross(x, conflict, at_roundabout) || lead_head_on(one, other))
     }
 
-    /// Whether two lanes come from one, each over short pieces at most: their branch begins before them.
-    pub fn branched_before(&self, x: usize, y: usize) -> bool {
+    /// Whether two lanes come from one, each over short pieces at most, and overlap right behind it: their branch begins before them.
+    pub fn branched_before(&self, x: usize, conflict: &Conflict) -> bool {
         let before = |lane: usize| {
             let only = move |&at: &usize| match self.predecessors(at) {
                 &[one] => Some(one),
@@ -228,7 +253,8 @@ impl MapIndex<'_> {
             let first = only(&lane);
             std::iter::successors(first, move |at| short(at).then(|| only(at)).flatten()).take(BRANCH_PIECES)
         };
-        before(x).any(|one| before(y).any(|other| other == one))
+        let is_near = |from: usize| (self.lanes[from].end.middle() - conflict.place).norm() <= BRANCH_REACH;
+        before(x).any(|one| is_near(one) && before(conflict.other).any(|other| other == one))
     }
 
     fn are_at_roundabout(&self, x: usize, y: usize) -> bool {

@@ -14,7 +14,9 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lane = &map.lanes[at];
         let length = lane.length();
         let width = lane.area / length;
-        let is_stretch = length > LEAST_SLENDER * width && map.intersections_of(at).is_empty();
+        // Autoware drives on a centre line that is drawn.
+        let is_led = lane.lanelet.centerline.is_some();
+        let is_stretch = !is_led && length > LEAST_SLENDER * width && map.intersections_of(at).is_empty();
         let is_wide = lane.kind == RoadType::Road && lane.is_for_cars() && lane.simple && width > params.most_width;
         (is_wide && is_stretch && !map.is_at_unmarked(at)).then(|| {
             let message = format!("Lane {} is {width:.1} m wide on average: as wide as several lanes.", lane.id);
