@@ -47,7 +47,8 @@ fn in_metres_per_second<'m>(map: &'m MapIndex) -> impl Iterator<Item = Finding> 
     let elements = elements.map(|one| (Subject::RegulatoryElement(one.id.0), "sign_type", &one.attributes));
     lanelets.chain(elements).filter_map(|(on, key, tags)| {
         let said = tags.get(key)?;
-        let meant = meant_in_metres(number(said)?)?;
+        let decimals = said.trim().split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let meant = meant_in_metres(number(said)?, decimals)?;
         let message = format!("{key}={said} of {on} counts in km/h, and reads like {meant} km/h in metres per second.");
         let edits = vec![Edit::SetTag { on, key: key.into(), value: meant.to_string().into() }];
         Some(Finding::new("speed-metres", on, message).fixed_by(format!("set {key}={meant}"), false, edits))
@@ -55,18 +56,18 @@ fn in_metres_per_second<'m>(map: &'m MapIndex) -> impl Iterator<Item = Finding> 
 }
 
 /// The limit that somebody meant who wrote metres per second, km/h: of a number with decimals, that makes a round one in km/h or in mph.
-fn meant_in_metres(said: f64) -> Option<f64> {
+fn meant_in_metres(said: f64, decimals: usize) -> Option<f64> {
     /// Signs say multiples of this, km/h or mph.
     const STEP: f64 = 5.0;
-    /// By how much a number that was rounded may be off.
-    const OFF: f64 = 0.02;
     const KMH: f64 = 3.6;
     const MPH: f64 = 3.6 / 1.609_344;
-    let is_off = |value: f64, step: f64| (value - (value / step).round() * step).abs() > OFF;
-    let is_round = |factor: f64| !is_off(said * factor, STEP);
+    // Half of the last decimal, and at most what a third one says: factors are rounded, too.
+    let rounded = (0.5 * 0.1_f64.powi(decimals.min(3) as i32)).max(0.0005) + 0.001;
+    let is_multiple = |value: f64, step: f64, off: f64| (value - (value / step).round() * step).abs() <= off;
+    let is_round = |factor: f64| is_multiple(said * factor, STEP, rounded * factor);
     // A round limit in mph may stand there in km/h.
-    let is_mph = !is_off(said * MPH / KMH, STEP);
-    let can_be = said > 1.0 && is_off(said, 0.5) && !is_mph && (is_round(KMH) || is_round(MPH));
+    let is_mph = is_round(MPH / KMH);
+    let can_be = said > 1.0 && !is_multiple(said, 0.5, 0.001) && !is_mph && (is_round(KMH) || is_round(MPH));
     can_be.then(|| (said * KMH).round())
 }
 

@@ -45,13 +45,16 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
         for conflict in on_it.into_iter().take(crowd::MOST) {
             let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
-            // Around an island of several lanes they cross by design.
-            let are_at_one = || [at, conflict.other].into_iter().all(|lane| map.is_at_roundabout(lane));
-            let by_roundabout = || map.share_roundabout_element(at, conflict.other) || are_at_one();
+            let by_roundabout = || map.share_roundabout_element(at, conflict.other);
             if joined(map, at, conflict) || shuttle(params, lane, other, conflict.area) || by_roundabout() {
                 continue;
             }
-            pairs.push(([at, conflict.other], finding(map, params, at, conflict)));
+            let finding = finding(map, params, at, conflict);
+            // Around an island of several lanes they cross by design.
+            let is_at_roundabout = || [at, conflict.other].into_iter().all(|lane| map.is_at_roundabout(lane));
+            if finding.fault != "crossing" || !is_at_roundabout() {
+                pairs.push(([at, conflict.other], finding));
+            }
         }
     }
     // Of an intersection without an area, vm-03-01 tells with all its lanelets; on private ground it only remarks on it.

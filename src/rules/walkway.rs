@@ -8,18 +8,20 @@ use crate::lanelet::index::{Lane, MapIndex};
 /// A walkway that reaches by less over the edge of a lane, metres, ends at its kerb and does not cross it.
 const LEAST_CROSSED: f64 = 1.0;
 
-/// From where to where along a walkway lanes lie under it, metres from its start; `None` if none does.
+/// From where to where along a walkway lanes lie under it, metres from its start; `None` if none does, or it only reaches over a kerb.
 pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>) -> Option<[f64; 2]> {
     let center = walkway.center.as_ref()?;
-    let stations = lanes.into_iter().flat_map(|lane| {
+    let (mut range, mut area) = ([f64::INFINITY, 0.0_f64], 0.0);
+    for lane in lanes {
         let inside = polygon::intersection(&walkway.outline, &lane.outline);
-        let corners: Vec<f64> = geo::CoordsIter::coords_iter(&inside)
-            .map(|corner| center.project(Point::new(corner.x, corner.y)).station)
-            .collect();
-        corners
-    });
-    let [first, last] = stations.fold([f64::INFINITY, 0.0_f64], |[a, b], s| [a.min(s), b.max(s)]);
-    (last - first >= LEAST_CROSSED).then_some([first, last])
+        area += geo::Area::unsigned_area(&inside);
+        for corner in geo::CoordsIter::coords_iter(&inside) {
+            let station = center.project(Point::new(corner.x, corner.y)).station;
+            range = [range[0].min(station), range[1].max(station)];
+        }
+    }
+    let width = walkway.area / walkway.length();
+    (area >= LEAST_CROSSED * width).then_some(range)
 }
 
 /// Whether the middle of a walkway leads over an edge of a lane: a pavement beside the lane may overlap it a little and does not.

@@ -190,8 +190,8 @@ fn limits_in_metres_per_second_are_told() {
         data.relations.iter_mut().for_each(|one| one.tags.set("speed_limit", limit));
         count(&data, "vm-01-09/speed-metres")
     };
-    assert_eq!(["13.89", "13.888888888", "11.175", "19.44"].map(told), [4; 4]);
-    assert_eq!(["50", "10", "12.5", "5", "40.23", "14"].map(told), [0; 6]);
+    assert_eq!(["13.89", "13.888888888", "11.175", "19.44", "13.9", "8.3", "16.7"].map(told), [4; 7]);
+    assert_eq!(["50", "10", "12.5", "5", "40.23", "14", "48.3", "80.5"].map(told), [0; 8]);
 }
 
 /// A lanelet of 12 m is drawn for a whole road; on a circuit its centre line says where vehicles drive.

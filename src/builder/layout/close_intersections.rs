@@ -165,9 +165,12 @@ pub fn is_well_merged(layout: &Layout, middles: &RoadMiddles, at: IntersectionIx
     let Some(turning) = &layout.turning[at.position()] else { return true };
     let place = |end: RoadEnd| (layout.network.road(end.road).key, end.end);
     let ways: FxHashSet<[Place; 2]> = ways_at(layout, at).into_iter().map(|way| way.map(place)).collect();
+    // Other roads than the one between may lie inside, too.
+    let arms: FxHashSet<Place> = layout.network.intersection(at).arms.iter().map(|&arm| place(arm)).collect();
+    let mut kept = before.ways.iter().filter(|way| way.iter().all(|end| arms.contains(end)));
     // An island goes only where a turn had no room before.
-    let is_needless = before.has_island && before.ways == ways;
-    if is_needless || swaying_lanelets(turning) > before.swaying || !before.ways.is_subset(&ways) {
+    let is_needless = before.has_island && kept.clone().count() == ways.len();
+    if is_needless || swaying_lanelets(turning) > before.swaying || !kept.all(|way| ways.contains(way)) {
         return false;
     }
     let Some(area) = &turning.area else { return true };
