@@ -168,7 +168,9 @@ impl Part {
                     self.too_long = Some(format!("way {} has more than {MAX_REFERENCES} nodes", w.id()));
                     return Ok(());
                 }
-                self.held += size_of::<Way>() + size_of_val(w.raw_refs());
+                if !self.holds(size_of::<Way>() + size_of_val(w.raw_refs())) {
+                    return Ok(());
+                }
                 let tags = self.tags(w.tags());
                 self.ways.push(Way { id: w.id(), nodes: w.refs().collect(), tags, span });
             }
@@ -186,7 +188,9 @@ impl Part {
                     }
                     members.push(Member { kind, id: m.member_id, role: Text::from(role) });
                 }
-                self.held += size_of::<Relation>();
+                if !self.holds(size_of::<Relation>()) {
+                    return Ok(());
+                }
                 let tags = self.tags(r.tags());
                 self.relations.push(Relation { id: r.id(), members, tags, span });
             }

@@ -45,7 +45,10 @@ pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed:
     let has_room = |ix: RoadIx| {
         let ends = [network.road(ix).from, network.road(ix).to];
         match ends.into_iter().any(is_minor) {
-            true => layout.left(ix) >= VEHICLE || ends.iter().any(|end| without_waiting[end] > 1),
+            true => {
+                layout.left(ix) >= VEHICLE
+                    || ends.iter().any(|end| without_waiting.get(end).is_some_and(|count| *count > 1))
+            }
             false => layout.left(ix) >= LEAST_ROOM,
         }
     };

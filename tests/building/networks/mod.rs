@@ -2,6 +2,7 @@
 //! rules would not miss.
 
 mod bridges;
+mod close_intersections;
 mod crossing_lights;
 mod inside;
 mod lane_openings;
