@@ -7,6 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::common::drawing::Drawing;
 use crate::common::program::{Server, lanewright};
 use crate::common::root;
 
@@ -128,6 +129,26 @@ fn saved_edits_build_what_was_shown() {
     let new: Vec<&str> = new.lines().collect();
     let kept = old.iter().filter(|line| new.contains(line)).count();
     assert!(kept + 4 >= old.len(), "{} of {} lines are left", kept, old.len());
+}
+
+/// Thirty long roads of 300 nodes each, 40 m apart.
+#[test]
+fn of_few_long_roads_only_those_around_the_place_are_built() {
+    let mut drawing = Drawing::default();
+    for row in 0..30 {
+        let nodes: Vec<i64> = (1..=300).map(|at| 1000 * row + at).collect();
+        for (at, id) in nodes.iter().enumerate() {
+            drawing.node(*id, [48.0 + 0.000_36 * row as f64, 11.0 + 0.000_01 * at as f64], "");
+        }
+        drawing.way(100_000 + row, &nodes, "highway=residential");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("in.osm"), drawing.xml()).unwrap();
+    let server = Server::start(dir.path(), &["--build", "in.osm"]);
+    let first = unpacked(&server.ask("GET /data", &server.host(), "").2);
+    let ways = first["workshop"]["ways"].as_array().unwrap().len();
+    // Within 300 m to either side.
+    assert!((10..=18).contains(&ways), "{ways} ways");
 }
 
 #[test]

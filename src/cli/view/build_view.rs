@@ -35,8 +35,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 /// More roads than this are not built at once: the answer would come too late for a hand that waits.
 const MOST_WAYS: usize = 700;
-/// Where there are more, this much around the place that is looked at is built, metres.
+/// The same for the nodes of roads: a few long ways may cross each other thousands of times.
+const MOST_NODES: usize = 8000;
+/// Where there are more, this much around the place that is looked at is built, metres; half of it, and again, where that holds more nodes.
 const BUILT_AROUND: f64 = 300.0;
+/// No less than this is built, metres.
+const LEAST_AROUND: f64 = 30.0;
 /// Metres in a degree of latitude.
 const DEGREE: f64 = 111_000.0;
 
@@ -111,6 +115,11 @@ impl Handler for BuildSessions {
     }
 }
 
+/// How many nodes the roads have, each as often as a road has it.
+fn nodes_of_roads(data: &OsmData) -> usize {
+    data.ways.iter().filter(|way| way.tags.has("highway")).map(|way| way.nodes.len()).sum()
+}
+
 /// All stages; the last is the map itself.
 fn stages(plan: &Plan) -> Vec<Stage> {
     let of = |which: &StageArg| Stage {
@@ -183,15 +192,22 @@ impl BuildSession {
 
     /// The input, or where that is large, what lies around a place, with the corners of the box in metres.
     fn part(&self, question: &Question) -> (OsmData, Option<[Point; 2]>) {
-        if self.ways <= MOST_WAYS {
+        if self.ways <= MOST_WAYS && nodes_of_roads(&self.data) <= MOST_NODES {
             return (self.data.clone(), None);
         }
         let place = question.around.map_or(self.middle, |[lat, lon]| LonLat { lon, lat });
-        let (high, wide) = (BUILT_AROUND / DEGREE, BUILT_AROUND / (DEGREE * place.lat.to_radians().cos().max(0.01)));
-        let corner = |sign: f64| LonLat { lon: place.lon + sign * wide, lat: place.lat + sign * high };
-        let [min, max] = [corner(-1.0), corner(1.0)];
-        let corners = [min, max].map(|corner| self.projector.forward(corner, 0.0).unwrap_or_default());
-        (self.data.within(&Extent { min, max }), Some(corners))
+        let mut reach = BUILT_AROUND;
+        loop {
+            let (high, wide) = (reach / DEGREE, reach / (DEGREE * place.lat.to_radians().cos().max(0.01)));
+            let corner = |sign: f64| LonLat { lon: place.lon + sign * wide, lat: place.lat + sign * high };
+            let [min, max] = [corner(-1.0), corner(1.0)];
+            let part = self.data.within(&Extent { min, max });
+            if nodes_of_roads(&part) <= MOST_NODES || reach <= LEAST_AROUND {
+                let corners = [min, max].map(|corner| self.projector.forward(corner, 0.0).unwrap_or_default());
+                return (part, Some(corners));
+            }
+            reach = (reach / 2.0).max(LEAST_AROUND);
+        }
     }
 
     /// What a page shows of a plan, of which the first `own` wishes came from the page.
