@@ -1,8 +1,10 @@
 //! Pairs of intersections with little room between them, and whether one intersection in their place is a good one.
 
+use std::hash::{Hash, Hasher};
+
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::VEHICLE;
@@ -63,7 +65,7 @@ pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed:
             && !is_in_small_ring(network, *ix)
     };
     let mut shortest_first: Vec<RoadIx> = all().filter(is_one).collect();
-    shortest_first.sort_by(|a, b| layout.left(*a).total_cmp(&layout.left(*b)).then(a.cmp(b)));
+    shortest_first.sort_by_cached_key(|ix| nearness(layout, *ix));
     let mut taken: FxHashSet<IntersectionIx> = FxHashSet::default();
     shortest_first.retain(|ix| {
         let ends = [network.road(*ix).from, network.road(*ix).to];
@@ -75,6 +77,16 @@ pub fn roads_without_room(layout: &Layout, refused: &FxHashSet<RoadKey>, closed:
     });
     shortest_first.sort_unstable();
     shortest_first
+}
+
+/// What decides which of two such roads comes first: how much of each is left, in centimetres, and then what looks random. Along a street
+/// on which as much is left everywhere, ids that grow would make the choice at one end depend on the other end, and a tile of the map
+/// does not have that one.
+fn nearness(layout: &Layout, ix: RoadIx) -> (i64, u64, RoadKey) {
+    let key = layout.network.road(ix).key;
+    let mut hasher = FxHasher::default();
+    key.hash(&mut hasher);
+    ((layout.left(ix) * 100.0).round() as i64, hasher.finish(), key)
 }
 
 /// Whether another road leads between the same two intersections: an island, a bus bay or a turning circle lies between.

@@ -71,6 +71,7 @@ pub fn lay_out(
         unmerged: None,
         merged: Vec::new(),
         closed_up: FxHashMap::default(),
+        settled: FxHashSet::default(),
         stop_lines: StopLines::Untried,
         notes,
         road_notes: crowded.iter().map(|(node, counts)| too_many_roads(*node, *counts)).collect(),
@@ -97,6 +98,8 @@ struct LayoutLoop<'a> {
     merged: Vec<RoadKey>,
     /// Roads that need not be merged, but leave little room; and the intersections at their ends as they were before.
     closed_up: FxHashMap<RoadKey, Pair>,
+    /// The nodes at which such roads were merged before lanes were added or closed: these merges are never taken back.
+    settled: FxHashSet<i64>,
     stop_lines: StopLines,
     /// The restrictions of the present network that cannot be expressed.
     notes: Vec<Finding>,
@@ -206,8 +209,7 @@ impl LayoutLoop<'_> {
         let mut roads = roads_inside(&self.layout, &self.refused);
         if roads.is_empty() {
             // Where nothing has to be merged, what should be is.
-            let closed = self.merged.iter().filter(|key| self.closed_up.contains_key(key));
-            let closed: FxHashSet<i64> = closed.flat_map(|key| [key.first, key.last]).collect();
+            let closed = self.closed_nodes();
             roads = roads_without_room(&self.layout, &self.refused, &closed);
             let layout = &self.layout;
             self.closed_up.extend(roads.iter().map(|road| (layout.network.road(*road).key, Pair::of(layout, *road))));
@@ -240,6 +242,12 @@ impl LayoutLoop<'_> {
         self.merged.extend(merges.iter().filter(|note| note.merged).map(|note| note.key));
         self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
         changed
+    }
+
+    /// The nodes at which roads were merged that did not have to be.
+    fn closed_nodes(&self) -> FxHashSet<i64> {
+        let closed = self.merged.iter().filter(|key| self.closed_up.contains_key(key));
+        closed.flat_map(|key| [key.first, key.last]).chain(self.settled.iter().copied()).collect()
     }
 
     /// The state before roads were merged, if some merges must be taken back. Roads are merged so that no lanelet runs over their ends.
@@ -348,6 +356,7 @@ impl LayoutLoop<'_> {
     /// Draws what divided roads change.
     fn with_other_ends(mut self, before: &NetworkSnapshot, (network, kept): (RoadNetwork, Vec<Stations>)) -> Self {
         let diff = NetworkDiff::between(before, &network);
+        self.settled = self.closed_nodes();
         (self.unmerged, self.merged) = (None, Vec::new());
         self.redrawn((before, &diff), (network, kept), &BTreeSet::new())
     }
