@@ -64,6 +64,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "health/unreachable",
             "health/gap",
             "health/narrow",
+            "health/wide",
             "health/loop",
             "health/near-miss",
             "health/head-on",

@@ -164,7 +164,7 @@ fn ring(corners: &[[f64; 2]], tags: &str, streets: &[(usize, &str)], [skew, far]
 #[test]
 fn the_crossings_around_a_small_block_are_told() {
     let street = "highway=residential";
-    let corners = [90.0, 210.0, 330.0].map(|degrees| [degrees, 17.0]);
+    let corners = [90.0, 210.0, 330.0].map(|degrees| [degrees, 24.0]);
     assert_eq!(marked_and_found(&ring(&corners, street, &[0, 1, 2].map(|at| (at, street)), [0.0, 120.0])), [3, 3]);
 }
 

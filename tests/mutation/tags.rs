@@ -89,6 +89,14 @@ pub const KINDS: &[Kind] = &[
         "speed_limit",
         &["60km/h", "30 mph", "10 m/s"]
     ),
+    tag!(
+        "write a speed in metres per second",
+        &["vm-01-09/speed-metres"],
+        relation,
+        plain,
+        "speed_limit",
+        &["13.89", "8.33", "11.175"]
+    ),
     tag!("write a speed beyond all limits", &["vm-01-09/speed-range"], relation, plain, "speed_limit", &["300"]),
     tag!("make a shoulder of a lane", &["vm-01-21/other-kind"], relation, plain, "subtype", &["road_shoulder"]),
     tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "type", &["pole"]),

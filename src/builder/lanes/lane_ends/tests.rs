@@ -197,8 +197,8 @@ fn lights_hold_vehicles_before_the_first_crosswalk() {
 #[test]
 fn a_car_fits_between_two_side_streets() {
     for side in SIDES {
-        // Nearer, a car needs some of the room to turn, and the two are one intersection.
-        for (apart, least) in [(14.5, None), (16.5, Some(5.0)), (18.0, Some(5.0)), (22.0, Some(5.0))] {
+        // Nearer, turns leave less than 7 m, and the two are one intersection.
+        for (apart, least) in [(14.5, None), (16.5, None), (26.0, Some(7.0)), (30.0, Some(7.0))] {
             let nodes = [
                 (1, -150.0, 0.0, ""),
                 (2, 0.0, 0.0, ""),
