@@ -151,7 +151,13 @@ impl<'a> IntersectionAssembly<'a> {
         // Drivers expect no line where they wait for nobody: where their road only divides, where others join it, before driveways.
         let watches = |i: usize| {
             let own = (0..paths.len()).filter(|&x| paths[x].movement.from == i);
-            let waits_for_some = |x: usize| conflicts.real[x].iter().any(|&y| waits(x, y));
+            // Who turns into a road waits for those on it, though lanes of their own are left for each.
+            let turns_into =
+                |x: usize, y: usize| ranked[x].turn != Turn::Straight && paths[x].movement.to == paths[y].movement.to;
+            let waits_for_some = |x: usize| {
+                conflicts.real[x].iter().any(|&y| waits(x, y))
+                    || (0..paths.len()).any(|y| turns_into(x, y) && waits(x, y))
+            };
             let is_private = !is_public(i);
             let is_guarded = || controls[i] != Control::None || crossings.at(arms[i].at).next().is_some();
             is_private || is_guarded() || own.clone().any(waits_for_some)
