@@ -1,6 +1,6 @@
 //! The path that a vehicle drives over a lanelet, and its outline on it.
 
-use geo::Intersects;
+use geo::{Intersects, Line};
 use serde::{Serialize, Serializer};
 
 use super::params::Params;
@@ -162,11 +162,16 @@ impl Path {
     /// The first places in a range at which something of the vehicle touches a ring, each with the ring's position.
     pub fn first_touched(&self, rings: &[Vec<Point>], params: &Params) -> Option<(usize, usize)> {
         let boxes: Vec<_> = rings.iter().map(|ring| extent(ring)).collect();
-        let polygons: Vec<_> = rings.iter().map(|ring| to_geo(ring)).collect();
         let touched = |at: usize| {
             let footprint = self.footprint(at, params);
             let reach = extent(&footprint);
-            (0..rings.len()).find(|&i| boxes_meet(reach, boxes[i]) && to_geo(&footprint).intersects(&polygons[i]))
+            let vehicle = to_geo(&footprint);
+            // Where it meets no edge, it is outside of the ring, or all of it inside.
+            let meets = |ring: &[Point]| {
+                edges_in(ring, reach).any(|edge| vehicle.intersects(&edge))
+                    || footprint.first().is_some_and(|&corner| contains(ring, corner))
+            };
+            (0..rings.len()).find(|&i| boxes_meet(reach, boxes[i]) && meets(&rings[i]))
         };
         // A vehicle is longer than a stride, so that it passes over nothing between two of them.
         let (first, last) = self.search(params).into_inner();
@@ -203,6 +208,13 @@ impl Path {
             .collect();
         sides.iter().map(|side| side[0]).chain(sides.iter().rev().map(|side| side[1])).collect()
     }
+}
+
+/// The edges of a ring whose boxes meet a box.
+fn edges_in(ring: &[Point], reach: [Point; 2]) -> impl Iterator<Item = Line<f64>> {
+    let edges = ring.iter().zip(ring.iter().cycle().skip(1));
+    let near = edges.filter(move |&(&a, &b)| boxes_meet(reach, extent(&[a, b])));
+    near.map(|(a, b)| Line::new((a.x, a.y), (b.x, b.y)))
 }
 
 /// Whether a segment and a ring with its inside have a point in common.

@@ -1,6 +1,6 @@
 //! The fix that draws an intersection area anew around its lanelets.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use crate::diagnostic::{AreaCorner, Edit, Finding, Subject};
 use crate::lanelet::index::{AreaOutlines, Corner, Intersection, MapIndex, Outline};
@@ -8,16 +8,20 @@ use crate::text::counted;
 
 use super::far_lanes;
 
+use rustc_hash::FxHashMap;
+
 /// Draws areas of a map; gathers the road borders only once an area is drawn.
 pub struct RedrawnAreas<'i, 'm> {
     map: &'i MapIndex<'m>,
     outlines: OnceCell<AreaOutlines<'i, 'm>>,
+    /// What was drawn around lanes: many findings may ask for the same.
+    drawn: RefCell<FxHashMap<Vec<usize>, Option<Outline>>>,
 }
 
 impl<'i, 'm> RedrawnAreas<'i, 'm> {
     /// For a map.
     pub fn new(map: &'i MapIndex<'m>) -> Self {
-        Self { map, outlines: OnceCell::new() }
+        Self { map, outlines: OnceCell::new(), drawn: RefCell::default() }
     }
 
     /// The finding with an outline over the ends of the lanes of the intersection and the nodes of road borders. It has no fix if
@@ -44,11 +48,13 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
     }
 
     fn around(&self, lanes: &[usize]) -> Option<Outline> {
-        if far_lanes::has_far(self.map, lanes) {
-            return None;
+        if let Some(known) = self.drawn.borrow().get(lanes) {
+            return known.clone();
         }
         let outlines = self.outlines.get_or_init(|| AreaOutlines::new(self.map));
-        outlines.around(lanes).ok()
+        let outline = if far_lanes::has_far(self.map, lanes) { None } else { outlines.around(lanes).ok() };
+        self.drawn.borrow_mut().insert(lanes.to_vec(), outline.clone());
+        outline
     }
 }
 

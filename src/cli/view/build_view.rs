@@ -35,9 +35,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 /// More roads than this are not built at once: the answer would come too late for a hand that waits.
 const MOST_WAYS: usize = 700;
-/// The same for the nodes of roads: a few long ways may cross each other thousands of times.
-const MOST_NODES: usize = 8000;
-/// Where there are more, this much around the place that is looked at is built, metres; half of it, and again, where that holds more nodes.
+/// The same for pairs of meetings of roads on a square: a few long ways may cross each other thousands of times, and crossings that lie
+/// close to each other cost the more. The densest extracts of real cities with so few roads have fewer.
+const MOST_PAIRS: usize = 10_000;
+/// Side of such a square, metres.
+const SQUARE: f64 = 50.0;
+/// Where there are more, this much around the place that is looked at is built, metres; half of it, and again, where that holds more
+/// pairs.
 const BUILT_AROUND: f64 = 300.0;
 /// No less than this is built, metres.
 const LEAST_AROUND: f64 = 30.0;
@@ -115,9 +119,17 @@ impl Handler for BuildSessions {
     }
 }
 
-/// How many nodes the roads have, each as often as a road has it.
-fn nodes_of_roads(data: &OsmData) -> usize {
-    data.ways.iter().filter(|way| way.tags.has("highway")).map(|way| way.nodes.len()).sum()
+/// Pairs of meetings of roads that lie on the same square; a meeting is a node to which a road comes where one was before.
+fn pairs_of_meetings(data: &OsmData) -> usize {
+    let mut seen = FxHashSet::default();
+    let mut squares: FxHashMap<[i64; 2], usize> = FxHashMap::default();
+    let roads = data.ways.iter().filter(|way| way.tags.has("highway"));
+    for id in roads.flat_map(|way| &way.nodes).filter(|id| !seen.insert(**id)) {
+        let Some(LonLat { lon, lat }) = data.node(*id).and_then(|node| node.position) else { continue };
+        let square = [lat, lon * lat.to_radians().cos()].map(|degrees| (degrees * DEGREE / SQUARE).floor() as i64);
+        *squares.entry(square).or_default() += 1;
+    }
+    squares.values().map(|count| count * count).sum()
 }
 
 /// All stages; the last is the map itself.
@@ -192,7 +204,7 @@ impl BuildSession {
 
     /// The input, or where that is large, what lies around a place, with the corners of the box in metres.
     fn part(&self, question: &Question) -> (OsmData, Option<[Point; 2]>) {
-        if self.ways <= MOST_WAYS && nodes_of_roads(&self.data) <= MOST_NODES {
+        if self.ways <= MOST_WAYS && pairs_of_meetings(&self.data) <= MOST_PAIRS {
             return (self.data.clone(), None);
         }
         let place = question.around.map_or(self.middle, |[lat, lon]| LonLat { lon, lat });
@@ -202,7 +214,7 @@ impl BuildSession {
             let corner = |sign: f64| LonLat { lon: place.lon + sign * wide, lat: place.lat + sign * high };
             let [min, max] = [corner(-1.0), corner(1.0)];
             let part = self.data.within(&Extent { min, max });
-            if nodes_of_roads(&part) <= MOST_NODES || reach <= LEAST_AROUND {
+            if pairs_of_meetings(&part) <= MOST_PAIRS || reach <= LEAST_AROUND {
                 let corners = [min, max].map(|corner| self.projector.forward(corner, 0.0).unwrap_or_default());
                 return (part, Some(corners));
             }
