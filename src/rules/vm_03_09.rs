@@ -48,33 +48,69 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     findings
 }
 
-/// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that join it and
-/// give way, those of driveways, and bicycle lanes beside it. Before a crosswalk vehicles stop at the line of its own element.
+/// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that give way,
+/// those of driveways, those that come from where its road goes on, and bicycle lanes beside it. Before a crosswalk vehicles stop at the
+/// line of its own element.
 fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) -> bool {
-    let same = |other: usize| arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&other));
     let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
-    let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !same(other);
+    let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !leads_in(arm, other);
     let is_private = |at: &usize| map.lanes[*at].lanelet.attributes.is("location", "private");
     let from_private = |at: usize| map.predecessors(at).iter().any(is_private);
     let of_driveway = |at: usize| is_private(&at) || from_private(at) || map.followers(at).iter().any(is_private);
-    let is_straight = |at: usize| map.turn_direction(at) == Some(TurnDirection::Straight);
-    let joins_and_waits = |other: usize| {
+    let gives_way = |other: usize| {
         let ignored = [(lane, other), (other, lane)].map(|(one, of)| map.ignored(one).binary_search(&of).is_ok());
-        let goes_on = match ignored {
+        match ignored {
             [true, false] => true,
-            [false, false] => is_straight(lane) && !is_straight(other),
+            [false, false] => is_straight(map, lane) && !is_straight(map, other) && joins(intersection, lane, other),
             _ => false,
-        };
-        let leads_out =
-            |arm: &Arm, lane: usize| arm.edges.iter().any(|edge| !edge.inward && edge.lanes.contains(&lane));
-        goes_on && intersection.arms.iter().any(|arm| leads_out(arm, lane) && leads_out(arm, other))
+        }
     };
-    let waits_for =
-        |other: usize| !map.lanes[other].bicycle && meets(other) && !of_driveway(other) && !joins_and_waits(other);
+    // Who turns across oncoming traffic waits inside, and who turns out of the stem of a T-junction waits for all on the road that leads
+    // through.
+    let on = where_it_goes_on(map, intersection, arm);
+    let from_stem = |other: &Arm| {
+        !on.is_empty() && intersection.arms.len() == 3 && where_it_goes_on(map, intersection, other).is_empty()
+    };
+    let is_met_inside = |other: usize| {
+        let from = intersection.arms.iter().find(|one| leads_in(one, other));
+        from.is_some_and(|from| from_stem(from) || on.iter().any(|&on| std::ptr::eq(on, from)))
+    };
+    let waits_for = |other: usize| {
+        let counts = !map.lanes[other].bicycle && meets(other) && !of_driveway(other);
+        counts && !gives_way(other) && !is_met_inside(other)
+    };
     let waits = || map.conflicts[lane].iter().any(|one| one.real && waits_for(one.other));
     !from_private(lane)
         && (of_driveway(lane) || !waits())
         && !["traffic_light", "traffic_sign"].into_iter().any(is_ruled)
+}
+
+fn is_straight(map: &MapIndex, lane: usize) -> bool {
+    map.turn_direction(lane) == Some(TurnDirection::Straight)
+}
+
+fn leads_in(arm: &Arm, lane: usize) -> bool {
+    arm.edges.iter().any(|edge| edge.inward && edge.lanes.contains(&lane))
+}
+
+fn leads_out(arm: &Arm, lane: usize) -> bool {
+    arm.edges.iter().any(|edge| !edge.inward && edge.lanes.contains(&lane))
+}
+
+/// Whether two lanes leave an intersection on one arm.
+fn joins(intersection: &Intersection, lane: usize, other: usize) -> bool {
+    intersection.arms.iter().any(|arm| leads_out(arm, lane) && leads_out(arm, other))
+}
+
+/// The other arms to which, or from which, lanes lead straight on from this one.
+fn where_it_goes_on<'i>(map: &MapIndex, intersection: &'i Intersection, arm: &Arm) -> Vec<&'i Arm> {
+    let members = intersection.members.iter().map(|member| member.lane).filter(|&lane| is_straight(map, lane));
+    let ahead = members.filter_map(|lane| match (leads_in(arm, lane), leads_out(arm, lane)) {
+        (true, false) => intersection.arms.iter().find(|one| leads_out(one, lane)),
+        (false, true) => intersection.arms.iter().find(|one| leads_in(one, lane)),
+        _ => None,
+    });
+    ahead.filter(|one| !std::ptr::eq(*one, arm)).collect()
 }
 
 /// The findings of lanelets that start at one place, those without any stop line there as one.

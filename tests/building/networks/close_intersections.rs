@@ -84,12 +84,34 @@ fn joined(side: DrivingSide, main: &str, other: &str) -> Built {
     built(&network_of(side, &nodes, &ways), side, "")
 }
 
+/// Two streets that cross, these tags on the one along the x axis.
+fn crossed(side: DrivingSide, main: &str) -> Built {
+    let nodes =
+        [(1, -150.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 150.0, 0.0, ""), (4, 0.0, -150.0, ""), (5, 0.0, 150.0, "")];
+    let ways: [(i64, &[i64], &str); 2] = [(11, &[1, 2, 3], main), (12, &[4, 2, 5], STREET)];
+    built(&network_of(side, &nodes, &ways), side, "")
+}
+
+#[test]
+fn who_crosses_a_priority_road_has_a_stop_line() {
+    for side in SIDES {
+        for (main, lines) in [(STREET, 4), ("highway=residential lanes=2 priority_road=designated", 2)] {
+            let Built { map, settings, .. } = crossed(side, main);
+            assert_eq!(stop_lines(&map), lines, "{side:?}: {main}");
+            let found = found(&map, &settings);
+            assert!(!found.iter().any(|code| code.starts_with("vm-03-09")), "{side:?}: {main}: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn a_stop_line_lies_only_where_somebody_waits() {
     for side in SIDES {
         for (main, other, lines) in [
-            // Each of three approaches may have to wait.
-            (STREET, STREET, 3),
+            // Who comes out of the street that ends there waits, and nobody on the road that leads through.
+            (STREET, STREET, 1),
+            // The greater road ends there: each of three approaches may have to wait.
+            (STREET, "highway=secondary lanes=2", 3),
             // Who comes out of the driveway waits.
             (STREET, "highway=service service=driveway", 1),
             // The street that joins waits, and nobody on the road that it joins.
