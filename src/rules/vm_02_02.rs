@@ -65,7 +65,10 @@ fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
 fn inside(map: &MapIndex, view: &View, line: &LineString) -> bool {
     let places = view.places(line);
     let [low, high] = crate::lanelet::index::extent(&places);
-    map.lanes_near(low, high).into_iter().any(|lane| map.has_area(lane))
+    // Where lanes only end on it, nobody else speaks of it.
+    let ends_there = |lane: usize| map.lanes[lane].end.ids.iter().all(|id| line.points.contains(id));
+    let near: Vec<usize> = map.lanes_near(low, high).into_iter().filter(|&lane| map.has_area(lane)).collect();
+    !near.is_empty() && !near.into_iter().any(ends_there)
 }
 
 fn judge(map: &MapIndex, sign: &RegulatoryElement, params: &Params) -> Vec<Finding> {

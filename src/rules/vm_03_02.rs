@@ -11,6 +11,9 @@ use crate::lanelet::{Attributes, LineString, LineStringId, TurnDirection};
 
 use super::routing_moves::RoutingMoves;
 
+/// Outside of areas a lane that bends by more than this, degrees, at an intersection does not go straight on.
+const CERTAIN_TURN: f64 = 60.0;
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -106,8 +109,10 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         _ if toward < -params.surely_turning => Some(Severity::Error),
         _ => (turn.abs() < params.surely_straight).then_some(Severity::Warning),
     }?;
-    // Outside every area a label without a bend may be there for the blinker alone, where lanes branch or join.
-    if severity == Severity::Warning && !map.has_area(at) {
+    // Outside every area a label without a bend may be there for the blinker alone, where lanes branch or join; and a bend of a road
+    // without turns is no turn.
+    let is_turn = label == TurnDirection::Straight && turn.abs() > CERTAIN_TURN && map.turns_at_unmarked(at);
+    if severity == Severity::Warning && !map.has_area(at) && !is_turn {
         return None;
     }
     let message = format!("turn_direction={}, but lanelet {} turns {}.", label.as_str(), lane.id, degrees(turn));

@@ -66,14 +66,23 @@ fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) 
         }
     };
     // Who turns across oncoming traffic waits inside, and who turns out of the stem of a T-junction waits for all on the road that leads
-    // through.
+    // through, at a line: where it has none, none was drawn for anybody.
+    let has_line = |other: &Arm| {
+        let mut lanes = other.edges.iter().filter(|edge| edge.inward).flat_map(|edge| &edge.lanes);
+        lanes.any(|&lane| map.stop_line_of(lane).is_some())
+    };
     let on = where_it_goes_on(map, intersection, arm);
     let from_stem = |other: &Arm| {
-        !on.is_empty() && intersection.arms.len() == 3 && where_it_goes_on(map, intersection, other).is_empty()
+        !on.is_empty()
+            && intersection.arms.len() == 3
+            && where_it_goes_on(map, intersection, other).is_empty()
+            && has_line(other)
     };
     let is_met_inside = |other: usize| {
         let from = intersection.arms.iter().find(|one| leads_in(one, other));
-        from.is_some_and(|from| from_stem(from) || on.iter().any(|&on| std::ptr::eq(on, from)))
+        // Unless the map says that it goes first, though this one does not turn.
+        !(is_straight(map, lane) && map.ignored(other).binary_search(&lane).is_ok())
+            && from.is_some_and(|from| from_stem(from) || on.iter().any(|&on| std::ptr::eq(on, from)))
     };
     let waits_for = |other: usize| {
         let counts = !map.lanes[other].bicycle && meets(other) && !of_driveway(other);

@@ -3,13 +3,16 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::polygon;
+use crate::geometry::{Vector, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LaneletId, RegulatoryElement, RoadType};
 
 use super::road_borders::Borders;
 use super::walkway;
 use super::walkway::walking_allowed;
+
+/// Vehicles whose directions differ by more, degrees, come towards each other.
+const ONCOMING: f64 = 135.0;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -70,8 +73,16 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
 /// nobody does, and there is nothing to merge with.
 fn meets_others(map: &MapIndex, at: usize, road: usize) -> bool {
     let vehicle = |lane: usize| map.lanes[lane].vehicle;
+    // On a narrow road the oncoming lane lies under it.
+    let is_oncoming = |other: usize| {
+        let [own, theirs] = [at, other].map(|lane| &map.lanes[lane]);
+        let are_opposite = |a: Option<Vector>, b: Option<Vector>| {
+            a.zip(b).is_some_and(|(a, b)| angle_between(a, b).abs() > ONCOMING.to_radians())
+        };
+        are_opposite(own.heading_in(), theirs.heading_out()) && are_opposite(own.heading_out(), theirs.heading_in())
+    };
     map.predecessors(road).iter().any(|&other| other != at && vehicle(other))
-        || map.conflicts[at].iter().any(|conflict| conflict.real && vehicle(conflict.other))
+        || map.conflicts[at].iter().any(|one| one.real && vehicle(one.other) && !is_oncoming(one.other))
 }
 
 /// A connector between private ground and the road that crosses a kerb or a strip for people on foot, and no walkway.

@@ -119,7 +119,7 @@ fn shared_border(map: &MapIndex, at: usize, road: usize, way: LineStringId, side
         let on = Subject::LineString(way.0);
         let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: "no".into() }];
         let message = format!("Bicycle lane {lane} may be entered from road lane {road_lane}.");
-        findings.push(about("lane-change", message).fixed_by("set lane_change=no", true, edits));
+        findings.push(about("lane-change", message).fixed_by("set lane_change=no", false, edits));
     }
     // Its right border is common: it lies on the left of the road lane.
     let lies = if side == 1 { DrivingSide::Left } else { DrivingSide::Right };

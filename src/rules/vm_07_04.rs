@@ -16,6 +16,8 @@ pub struct Params {
 
 /// A map of which most heights differ by less (m) is drawn flat: its height is a placeholder.
 const FLAT: f64 = 0.01;
+/// This near, degrees, to latitude and longitude 0 a map lies nowhere.
+const NOWHERE: f64 = 1.0;
 /// The share of points, lowest and highest, that does not count for that.
 const OUTLIERS: f64 = 0.1;
 
@@ -29,6 +31,10 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         return Vec::new();
     };
     let [ele, lat, lon] = middle;
+    // The origin of simulators, which is no place on earth.
+    if lat.abs().max(lon.abs()) < NOWHERE {
+        return Vec::new();
+    }
     let sea = geoid::above_ellipsoid(lat, lon);
     if high[0] - low[0] < FLAT || sea - ele <= params.below_sea {
         return Vec::new();

@@ -123,7 +123,9 @@ impl Reading<'_> {
         let mut speeds = Vec::new();
         for kind in document.children(ix, "type") {
             let start = self.number(kind, "s");
-            speeds.extend(document.children(kind, "speed").map(|it| (start, self.speed(it))).collect::<Vec<_>>());
+            let limit = document.child(kind, "speed").and_then(|it| self.speed(it));
+            // A type without a limit ends the one of the type before (ASAM OpenDRIVE 1.8, road type).
+            speeds.push((start, limit));
         }
         speeds.sort_by(|a, b| a.0.total_cmp(&b.0));
         let links = ["predecessor", "successor"].map(|side| self.road_link(ix, side));

@@ -188,6 +188,22 @@ fn a_speed_limit_in_metres_that_names_another_unit_is_converted_and_told() {
 }
 
 #[test]
+fn a_type_of_road_without_a_limit_ends_the_limit_before() {
+    let slower = "<speed max=\"50\" unit=\"km/h\"/></type>";
+    let town = "<speed max=\"30\" unit=\"km/h\"/></type>";
+    let text = with(&[], "", "").replacen(slower, &format!("{town}<type s=\"20\" type=\"rural\"/>"), 1);
+    let map = built(&text);
+    assert!(told(&map, "has no speed limit: 50 km/h"), "{:?}", map.built.notes);
+    let map = &map.built.map;
+    let begin = |lanelet: &Lanelet| map.bound_points(lanelet.left).next().unwrap().position.x;
+    let of_road = map.lanelets.iter().filter(|it| begin(it) < 45.0 && !it.attributes.has("turn_direction"));
+    let mut limits: Vec<(i64, &str)> =
+        of_road.map(|it| (begin(it).round() as i64, it.attributes.get("speed_limit").unwrap())).collect();
+    limits.sort_unstable();
+    assert_eq!(limits, [(0, "30"), (20, "50")]);
+}
+
+#[test]
 fn the_lights_of_a_lanelet_are_one_element() {
     let signals = signal("left", "1000001", 49.0, "+") + &signal("right", "1000001", 49.5, "+");
     let text = with(&[("w", &signals)], "", "");

@@ -1,10 +1,14 @@
 //! What was told wrongly of turns, branches, strips and walkways on a third lot of strangers' maps.
 
+use lanewright::diagnostic::{Edit, Subject};
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
-use lanewright::osm::{ElementKind, OsmData};
+use lanewright::osm::{ElementKind, OsmData, Tags, read_file};
 use lanewright::projection::Projector;
 use lanewright::settings::Settings;
+
+use crate::common::judging::{judge, loaded};
+use crate::common::root;
 
 use super::strangers_maps::{ROUND, Sheet, crossing, found, mended};
 
@@ -211,4 +215,50 @@ fn a_lane_as_wide_as_three_is_told_unless_it_has_a_centre_line() {
         count(&data, "health/wide")
     };
     assert_eq!([map(false), map(true)], [1, 0]);
+}
+
+/// The turn of a crossing without an area says that it goes straight on.
+#[test]
+fn a_turn_at_a_crossing_without_an_area_is_not_called_straight() {
+    let mut data = crossing(&ROUND).0.drawing.data();
+    let labelled = |data: &mut OsmData, direction: &str| {
+        for (id, direction) in [(2005, "straight"), (2006, "straight"), (2007, direction)] {
+            let lane = data.relations.iter_mut().find(|one| one.id == id).unwrap();
+            lane.tags.set("turn_direction", direction);
+        }
+        count(data, "vm-03-02/turn-mismatch")
+    };
+    assert_eq!(["straight", "right"].map(|direction| labelled(&mut data, direction)), [1, 0]);
+}
+
+/// The limit of a road whose key ends in a blank is told once.
+#[test]
+fn a_blank_in_a_key_is_told_and_not_what_follows_from_it() {
+    let mut sheet = Sheet::default();
+    let rows = [3.5, 0.0].map(|y| sheet.nodes([[0.0, y], [60.0, y]]));
+    sheet.road(&rows[0], &rows[1], "");
+    let mut data = sheet.drawing.data();
+    let road = data.relations.iter_mut().find(|one| one.id == 2001).unwrap();
+    road.tags = without(&road.tags, &["speed_limit"]);
+    road.tags.set("speed_limit ", "40");
+    assert_eq!(["tag/key", "access/standstill"].map(|code| count(&data, code)), [1, 0]);
+}
+
+/// A light hangs on the lane before its stop line; one of the two lanes behind it says nothing of the intersection.
+#[test]
+fn a_light_moves_to_every_lane_behind_its_stop_line() {
+    let mut data = read_file(&root().join("tests/rules/vm-03-04/bad-signal-on-in-lane.osm")).unwrap();
+    let behind = data.relations.iter_mut().find(|one| one.id == 215).unwrap();
+    behind.tags = without(&behind.tags, &["turn_direction", "intersection_area"]);
+    let all = judge(&loaded(&data), &Settings::default());
+    let moved = all.iter().find(|one| one.code == "vm-03-04/signal-on-in-lane").unwrap();
+    let edits = &moved.finding.fix.as_ref().unwrap().edits;
+    let gets = |lanelet: i64| {
+        edits.iter().any(|edit| matches!(edit, Edit::AddMember { on: Subject::Lanelet(id), .. } if *id == lanelet))
+    };
+    assert_eq!([215, 216].map(gets), [true; 2]);
+}
+
+fn without(tags: &Tags, keys: &[&str]) -> Tags {
+    tags.iter().filter(|(key, _)| !keys.contains(key)).collect()
 }

@@ -302,7 +302,7 @@ pub const KINDS: &[Kind] = &[
     }),
     kind(
         "draw a stop line that nothing refers to",
-        &["vm-02-02/unreferenced", "vm-03-14/unreferenced"],
+        &["vm-02-02/unreferenced", "vm-03-14/unreferenced", "vm-03-09/no-stop-line"],
         |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let [left, right] = bounds(map.relation(lane));

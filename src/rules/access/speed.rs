@@ -17,7 +17,9 @@ fn standstill(lanelet: &Lanelet) -> Option<Finding> {
     let is_road = matches!(tags.get("subtype"), Some("road" | "private"));
     let limits: Vec<(&str, &str)> = tags.iter().filter(|(key, _)| key.starts_with("speed_limit")).collect();
     let hiding = limits.iter().any(|(key, _)| *key != "speed_limit");
-    if is_road && !hiding {
+    // A key with a blank is tag/key's.
+    let is_misspelt = limits.iter().any(|(key, _)| key.contains(char::is_whitespace));
+    if is_misspelt || is_road && !hiding {
         return None;
     }
     let said: Vec<String> = limits.iter().map(|(key, value)| format!("{key}={value}")).collect();

@@ -37,7 +37,9 @@ fn fans(map: &MapIndex, closes: bool) -> Vec<Finding> {
         (row.len() >= LEAST).then_some(row)
     };
     let rows = on_edge.into_values().filter(|lanes| lanes.len() >= LEAST).filter_map(fan);
-    let told = rows.filter_map(|row| {
+    // Turns of one approach.
+    let of_roads = rows.filter(|row| !row.iter().any(|&lane| map.is_at_unmarked(lane)));
+    let told = of_roads.filter_map(|row| {
         let (&first, others) = row.split_first()?;
         let message = format!(
             "{} lanes {open} at once: lanelet {} and those beside it {begin} in one place.",

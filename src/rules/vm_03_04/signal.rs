@@ -143,7 +143,8 @@ fn on_in_lane(map: &MapIndex, params: &Params, at: usize, light: &RegulatoryElem
     let mut finding = Finding::new("signal-on-in-lane", element, message)
         .with(subject, "approach")
         .with(Subject::LineString(line.way.0), "stop line");
-    for &lane in behind.iter().filter(|lane| inside(lane)) {
+    // Also those that say nothing of the intersection: nobody behind the line is to lose the light.
+    for &lane in behind.iter().filter(|&&lane| inside(&lane) || map.lanes[lane].vehicle) {
         let on = Subject::Lanelet(map.lanes[lane].id.0);
         finding = finding.with(on, "behind the stop line");
         edits.push(Edit::AddMember { on, role: "regulatory_element".into(), member: element });
