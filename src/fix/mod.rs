@@ -91,10 +91,21 @@ fn mend_found<J: Judge>(
     let mut run = start.clone().ended(judge)?;
     // No map may have more errors than before.
     if count(&run.state.left, Severity::Error) > most {
-        run = start.leaving_unmarked().ended(judge)?;
+        run = start.clone().leaving_unmarked().ended(judge)?;
     }
     if let Some(fuller) = run.filling_room(judge)? {
         run = fuller;
+    }
+    // Where so many do harm that not all were tried, the safe ones alone may mend more.
+    if judge.is_spent() && start.memory.scope.unsafe_too {
+        judge.limit(&start.state.osm, &start.state.left);
+        let mut safely = start.safely().ended(judge)?;
+        if safely.state.after() < run.state.after() {
+            safely.memory.scope = run.memory.scope;
+            let open = safely.memory.open(&safely.state.left);
+            leave_untried(&mut safely.state, &mut safely.memory, open);
+            run = safely;
+        }
     }
     let Run { mut state, known, .. } = run;
     state.more_warnings = of_each(&state.left);
@@ -139,6 +150,12 @@ impl Run {
     /// The same run, but an intersection is not marked if that reveals more errors than it mends.
     fn leaving_unmarked(mut self) -> Self {
         self.memory.leaves_unmarked = true;
+        self
+    }
+
+    /// The same run without fixes that need review.
+    fn safely(mut self) -> Self {
+        self.memory.scope.unsafe_too = false;
         self
     }
 

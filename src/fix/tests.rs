@@ -310,29 +310,35 @@ fn what_does_harm_is_found_in_few_judgements() {
     assert!(asked.get() <= 12, "{} judgements", asked.get());
 }
 
-/// Where every fix does harm, and it cannot be told which one, the map is judged only so often; what was not tried is listed as such.
+/// Where nearly every fix does harm, and it cannot be told which one, the map is judged only so often; what was not tried is listed as such,
+/// and the safe fixes are made that do no harm.
 #[test]
 fn what_would_take_too_long_is_not_tried_and_listed() {
     const NODES: usize = 2_000;
     let nodes: String = (1..=NODES).map(|id| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>\n")).collect();
-    let osm = read(&format!("<osm version=\"0.6\">\n{nodes}</osm>\n"));
+    let osm = format!("<osm version=\"0.6\">\n{nodes}</osm>\n");
+    let is_safe = |id: i64| id % 20 == 0;
     let asked = std::cell::Cell::new(0);
     let judge = |osm: &OsmData| {
         asked.set(asked.get() + 1);
         let (without, with): (Vec<_>, Vec<_>) = osm.nodes.iter().partition(|node| node.tags.get("ele").is_none());
-        let place = Some(crate::geometry::Point::new(0.0, 0.0));
-        let wanting = without.iter().map(|node| Diagnostic { local: place, ..wants_ele(Subject::Point(node.id)) });
-        // Said of something else at the same place.
-        let harmed = with.iter().map(|node| {
-            let other = Subject::Point(1_000_000 + node.id);
-            Diagnostic { local: place, ..diagnostic("node/no-ele", other, None) }
+        let local = Some(crate::geometry::Point::new(0.0, 0.0));
+        let wanting = without.iter().map(|node| {
+            let mut found = Diagnostic { local, ..wants_ele(Subject::Point(node.id)) };
+            found.finding.fix.as_mut().unwrap().safe = is_safe(node.id);
+            found
         });
-        Ok::<_, std::convert::Infallible>(wanting.chain(harmed).collect())
+        let harmful = with.iter().filter(|node| !is_safe(node.id));
+        let harmed = harmful.map(|node| {
+            let other = Subject::Point(1_000_000 + node.id);
+            Diagnostic { local, ..diagnostic("node/no-ele", other, None) }
+        });
+        Ok::<_, std::convert::Infallible>(wanting.chain(harmed).collect::<Vec<_>>())
     };
-    let mended = mend(osm, false, judge).unwrap();
-    assert_eq!((mended.done.len(), mended.refused.len(), mended.left.len()), (0, NODES, NODES));
+    let mended = mend(read(&osm), true, judge).unwrap();
+    assert_eq!((mended.done.len(), mended.left.len()), (NODES / 20, NODES - NODES / 20));
     assert!(mended.untried > NODES / 2, "{} not tried", mended.untried);
-    assert!(asked.get() <= 200, "{} judgements", asked.get());
+    assert!(asked.get() <= 220, "{} judgements", asked.get());
 }
 
 /// A map of so many places, each with 16 nodes that want `ele`, of which one must not have it, and in every other place a second one. The
