@@ -200,7 +200,8 @@ fn a_type_of_road_without_a_limit_ends_the_limit_before() {
     let mut limits: Vec<(i64, &str)> =
         of_road.map(|it| (begin(it).round() as i64, it.attributes.get("speed_limit").unwrap())).collect();
     limits.sort_unstable();
-    assert_eq!(limits, [(0, "30"), (20, "50")]);
+    // One lane leads there in two pieces, and one back.
+    assert_eq!(limits, [(0, "30"), (20, "30"), (20, "50")]);
 }
 
 #[test]
