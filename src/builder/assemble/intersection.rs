@@ -22,7 +22,6 @@ use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
-use crate::lanelet::right_of_way::{RankedMovement, Turn};
 use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId};
 use crate::settings::{IntersectionSettings, LooseEnds};
 
@@ -31,6 +30,7 @@ use super::intersection_settings;
 use super::loose_ends::LooseLanes;
 use super::map_context::MapContext;
 use super::right_of_way_elements::{headings, legs_of, rights_of_way};
+use super::waiting::Waiting;
 
 use rustc_hash::FxHashSet;
 
@@ -141,39 +141,13 @@ impl<'a> IntersectionAssembly<'a> {
             LightGround { rings: vec![outline.places.clone()], lanelets: self.car_lanelets(paths).collect(), arms };
         let legs = legs_of(&self.assembly, arms);
         let ranked = self.ranked_movements(arms, paths, &controls, &legs);
-        let (crossings, network) = (self.context.crossings, self.context.network);
-        let is_public = |arm: usize| network.road(arms[arm].at.road).public;
-        let legs_on = straight_legs(&legs, paths, &ranked);
-        let stem = self.stem(arms, &legs, paths, &legs_on);
-        let waits = |x: usize, y: usize| {
-            let [one, other] = [x, y].map(|at| paths[at].movement);
-            let [from, other_from] = [one.from, other.from].map(|arm| legs[arm]);
-            let are_public = || [one.from, one.to, other.from, other.to].into_iter().all(is_public);
-            let first = match (ranked[x].priority, ranked[y].priority) {
-                (Some(first), Some(second)) => first && !second,
-                _ => stem == Some(other_from) && from != other_from,
-            };
-            // Who turns across oncoming traffic waits inside.
-            let is_oncoming = || legs_on.contains(&[from, other_from]);
-            let joins = one.to == other.to && goes_on(&ranked[x], &ranked[y]);
-            one.from != other.from && are_public() && !first && !joins && !is_oncoming()
-        };
-        // Drivers expect no line where they wait for nobody: where their road only divides, where others join it or cross it and give way,
-        // before driveways.
-        let watches = |i: usize| {
-            let own = (0..paths.len()).filter(|&x| paths[x].movement.from == i);
-            // Who turns into a road waits for those on it, though lanes of their own are left for each.
-            let turns_into =
-                |x: usize, y: usize| ranked[x].turn != Turn::Straight && paths[x].movement.to == paths[y].movement.to;
-            let waits_for_some = |x: usize| {
-                conflicts.real[x].iter().any(|&y| waits(x, y))
-                    || (0..paths.len()).any(|y| turns_into(x, y) && waits(x, y))
-            };
-            let is_private = !is_public(i);
+        let waiting = Waiting::new(self.context.network, arms, &legs, (paths, &ranked, conflicts));
+        let crossings = self.context.crossings;
+        let has_line = |i: usize| {
             let is_guarded = || controls[i] != Control::None || crossings.at(arms[i].at).next().is_some();
-            is_private || is_guarded() || own.clone().any(waits_for_some)
+            !waiting.is_public(i) || is_guarded() || waiting.is_at(i)
         };
-        for (i, arm) in arms.iter().enumerate().filter(|(i, _)| watches(*i)) {
+        for (i, arm) in arms.iter().enumerate().filter(|(i, _)| has_line(*i)) {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
             controlled.draw(&mut self.assembly, key, &ground);
@@ -183,26 +157,6 @@ impl<'a> IntersectionAssembly<'a> {
         let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
         let names = intersection_settings::names(arms, &headings, self.context.lanes);
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &ranked);
-    }
-
-    /// The leg of a T-junction that ends there: all of its vehicles turn, and its road is no greater than the one that leads through.
-    fn stem(
-        &self,
-        arms: &[&Arm],
-        legs: &[usize],
-        paths: &[TurningLanelet],
-        legs_on: &FxHashSet<[usize; 2]>,
-    ) -> Option<usize> {
-        let used: BTreeSet<usize> =
-            paths.iter().flat_map(|path| [path.movement.from, path.movement.to]).map(|arm| legs[arm]).collect();
-        let leads_on = |leg: &&usize| legs_on.iter().any(|pair| pair.contains(leg));
-        let (through, stems): (Vec<usize>, Vec<usize>) = used.iter().partition(leads_on);
-        let ([_, _], &[stem]) = (&through[..], &stems[..]) else { return None };
-        let classes = |wanted: bool| {
-            let of_part = (0..arms.len()).filter(move |&arm| (legs[arm] == stem) == wanted);
-            of_part.map(|arm| self.context.network.road(arms[arm].at.road).class)
-        };
-        (classes(true).min() >= classes(false).max()).then_some(stem)
     }
 
     /// Adds the lights where no lanelets cross, as where a road divides at a small angle, on the arms that they face.
@@ -345,22 +299,6 @@ impl<'a> IntersectionAssembly<'a> {
             let lanelets: Vec<LaneletId> = paths.iter().chain(bicycles).map(|path| path.lanelet).collect();
             announce_to(&mut self.assembly, crosswalk, lanelets.into_iter());
         }
-    }
-}
-
-/// Pairs of legs, both ways round, from one of which vehicles go straight on to the other.
-fn straight_legs(legs: &[usize], paths: &[TurningLanelet], ranked: &[RankedMovement]) -> FxHashSet<[usize; 2]> {
-    let straight = paths.iter().zip(ranked).filter(|(_, ranked)| ranked.turn == Turn::Straight);
-    let pairs = straight.map(|(path, _)| [path.movement.from, path.movement.to].map(|arm| legs[arm]));
-    pairs.flat_map(|[from, to]| [[from, to], [to, from]]).collect()
-}
-
-/// Whether the first of two movements that join goes on as if the other was not there: it has priority, or goes straight on where the
-/// other turns.
-fn goes_on(one: &RankedMovement, other: &RankedMovement) -> bool {
-    match (one.priority, other.priority) {
-        (Some(first), Some(second)) => first && !second,
-        _ => one.turn == Turn::Straight && other.turn != Turn::Straight,
     }
 }
 

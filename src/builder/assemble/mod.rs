@@ -8,6 +8,7 @@ mod map_context;
 mod ranked_movements;
 pub(crate) mod right_of_way_elements;
 mod roundabouts;
+mod waiting;
 
 use crate::diagnostic::Finding;
 use crate::geometry::Point;
