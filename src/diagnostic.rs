@@ -237,6 +237,8 @@ pub struct Finding {
     pub message: String,
     /// The edits that mend it, where a program can.
     pub fix: Option<Fix>,
+    /// How to mend it in words, where that of the fault does not fit.
+    pub help: Option<&'static str>,
     /// A severity other than the fault's own, where the rule grades by size.
     pub severity: Option<Severity>,
     /// Where the subject stands in the file, needed only where the map does not hold it.
@@ -256,6 +258,7 @@ impl Finding {
             measure: None,
             message: message.into(),
             fix: None,
+            help: None,
             severity: None,
             span: None,
             peer: None,
@@ -287,6 +290,13 @@ impl Finding {
     #[must_use]
     pub fn fixed_by(mut self, title: impl Into<String>, safe: bool, edits: Vec<Edit>) -> Self {
         self.fix = Some(Fix { title: title.into(), safe, edits });
+        self
+    }
+
+    /// Says how to mend it in words, where that of the fault does not fit.
+    #[must_use]
+    pub fn advised(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
         self
     }
 

@@ -32,7 +32,7 @@ pub struct Inferred {
 /// What tells the projector of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Evidence {
-    /// No node has latitude and longitude, or all are 0.
+    /// No node has latitude and longitude, or those of nearly all are 0.
     NoDegrees,
     /// Latitudes and longitudes are metres.
     Metres,
@@ -53,7 +53,10 @@ pub fn inferred_projector(osm: &OsmData) -> Inferred {
     let places: Vec<Option<LonLat>> =
         osm.nodes.iter().map(|node| node.position.filter(|place| *place != LonLat::default())).collect();
     let placed = places.iter().flatten().next();
-    if placed.is_none() && osm.nodes.iter().any(|node| node.tags.has("local_x") || node.tags.has("local_y")) {
+    let in_metres = || osm.nodes.iter().filter(|node| node.tags.has("local_x") || node.tags.has("local_y")).count();
+    // The few nodes that have degrees say nothing of the many that lie at latitude 0, longitude 0.
+    let degrees = places.iter().flatten().count();
+    if degrees as f64 <= (1.0 - NEARLY_ALL) * places.len() as f64 && in_metres() > degrees {
         return Inferred { projector: Projector::Local, evidence: Evidence::NoDegrees };
     }
     // Near the poles there is no square: any will do, and every node says that it cannot be projected.

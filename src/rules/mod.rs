@@ -296,7 +296,7 @@ fn diagnostic(map: &MapIndex, config: &Config, requirement: &Requirement, findin
     Diagnostic {
         code,
         severity,
-        help: fault.map(|fault| fault.help.clone()),
+        help: finding.help.map(str::to_owned).or_else(|| fault.map(|fault| fault.help.clone())),
         span: finding.span.clone().or(found.span),
         lonlat: found.lonlat,
         local: found.local,

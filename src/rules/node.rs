@@ -276,12 +276,16 @@ fn fill_from_afar(map: &MapIndex, wanted: &FxHashSet<PointId>, heights: &mut BTr
         known.map(|(point, height)| GeomWithData::new([point.position.x, point.position.y], height)).collect()
     };
     let mut found = known(&|id| on_lanes.contains(&id));
-    if found.is_empty() {
+    let mut stand_above_lanes = found.is_empty();
+    if stand_above_lanes {
         found = known(&|_| true);
+        stand_above_lanes = !found.is_empty();
     }
     let tree = RTree::bulk_load(found);
     let mut open: Vec<PointId> = wanted.iter().filter(|id| !heights.contains_key(id)).copied().collect();
     open.sort_unstable();
+    // The height of a light is not that of the road below it.
+    open.retain(|id| !(stand_above_lanes && on_lanes.contains(id)));
     for point in open.into_iter().filter_map(|id| map.map.points.get(id)).filter(finite) {
         let nearest = tree.nearest_neighbor(&[point.position.x, point.position.y]);
         let guess = nearest.map(|near| Guess { height: near.data, reason: "that of the nearest point with a height" });

@@ -132,10 +132,11 @@ impl<'m> Judged<'m> {
             .due
             .iter()
             .fold(finding, |finding, &y| finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched"));
-        // Where there is one already, the lanelet needs no second but a reference to it.
-        Some(match self.listed || self.sure.is_empty() {
-            true => finding,
-            false => finding.fixed_by("create the right_of_way element", true, self.create()),
+        Some(match (self.listed, self.sure.is_empty()) {
+            // It needs no second one.
+            (true, _) => finding.advised("Let it refer to the right_of_way element that names it."),
+            (false, true) => finding,
+            (false, false) => finding.fixed_by("create the right_of_way element", true, self.create()),
         })
     }
 
@@ -241,7 +242,14 @@ impl<'m> Judged<'m> {
                 let finding = Finding::new("yield-needless", subject, message)
                     .with(self.subject(), "right of way")
                     .with(Subject::Lanelet(y.0), "yield");
-                findings.push(if shared {
+                let touches = |id: LaneletId| {
+                    self.map.lane(id).is_some_and(|at| self.map.conflicts[at].iter().any(|one| one.other == other))
+                };
+                findings.push(if element.lanelets("right_of_way").any(touches) {
+                    let touched = element.lanelets("right_of_way").filter(|id| touches(*id));
+                    let finding = touched.fold(finding, |all, id| all.with(Subject::Lanelet(id.0), "touches it"));
+                    finding.advised("Others of the element touch it: give this lanelet an element of its own.")
+                } else if shared {
                     finding
                 } else {
                     let edits =

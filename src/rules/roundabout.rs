@@ -23,10 +23,16 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let only = |of: &BTreeSet<LaneletId>, not: &BTreeSet<LaneletId>| -> Vec<LaneletId> {
             of.difference(not).copied().collect()
         };
+        let links = missing_links(map, ring);
+        let beside: BTreeSet<LaneletId> = links.iter().flat_map(|&at| ends_of(map, ring, at)).collect();
+        findings.extend(links.iter().map(|&at| link_missing(map, ring, at)));
         let [entries, exits] = [only(&ring.entries, &ring.exits), only(&ring.exits, &ring.entries)];
-        findings.extend(entries.into_iter().filter_map(|id| apart(map, ring, id, "entry", [false, true])));
-        findings.extend(exits.into_iter().filter_map(|id| apart(map, ring, id, "exit", [true, false])));
-        findings.extend(ring.inner.iter().filter_map(|&id| apart(map, ring, id, "internal", [true, true])));
+        // One finding tells of the lanelet that is missing between some.
+        let told = |id: &LaneletId| !beside.contains(id);
+        findings.extend(entries.into_iter().filter(told).filter_map(|id| apart(map, ring, id, "entry", [false, true])));
+        findings.extend(exits.into_iter().filter(told).filter_map(|id| apart(map, ring, id, "exit", [true, false])));
+        let inner = ring.inner.iter().copied().filter(told);
+        findings.extend(inner.filter_map(|id| apart(map, ring, id, "internal", [true, true])));
     }
     for lanelet in &map.map.lanelets {
         let about = Subject::Lanelet(lanelet.id.0);
@@ -88,6 +94,34 @@ fn unreferenced(map: &MapIndex, ring: &Ring) -> Option<Finding> {
     };
     let finding = Finding::new("unreferenced", subject, message).with(Subject::Lanelet(first.0), "lanelet");
     Some(finding.fixed_by("let them refer to the element", false, idle.iter().map(edit).collect()))
+}
+
+/// The lanelets that lie between two of an element, lead nowhere else, and are not in it.
+fn missing_links(map: &MapIndex, ring: &Ring) -> Vec<usize> {
+    let all = [&ring.entries, &ring.inner].into_iter().flatten().filter_map(|id| map.lane(*id));
+    let next: BTreeSet<usize> = all.flat_map(|at| map.followers(at).iter().copied()).collect();
+    let holds = |at: &usize| ring.holds(map.lanes[*at].id);
+    let is_link = |at: &usize| {
+        let (before, behind) = (map.predecessors(*at), map.followers(*at));
+        !holds(at) && map.turn_direction(*at).is_none() && !behind.is_empty() && before.iter().chain(behind).all(holds)
+    };
+    next.into_iter().filter(is_link).collect()
+}
+
+/// The lanelets of an element before and behind a lanelet.
+fn ends_of<'a>(map: &'a MapIndex, ring: &'a Ring, at: usize) -> impl Iterator<Item = LaneletId> + 'a {
+    let both = map.predecessors(at).iter().chain(map.followers(at));
+    both.map(|&other| map.lanes[other].id).filter(|id| ring.holds(*id))
+}
+
+/// What is said of a lanelet that is missing in an element.
+fn link_missing(map: &MapIndex, ring: &Ring, at: usize) -> Finding {
+    let (id, element) = (map.lanes[at].id, ring.element.id);
+    let message = format!("Lanelet {id} lies between lanelets of roundabout element {element} and is not in it.");
+    let finding = Finding::new("apart", Subject::Lanelet(id.0), message);
+    let finding = finding.with(Subject::RegulatoryElement(element.0), "roundabout element");
+    let finding = ends_of(map, ring, at).fold(finding, |all, other| all.with(Subject::Lanelet(other.0), "beside it"));
+    finding.advised("List it in the element with the role internal.")
 }
 
 /// A lanelet that does not hang together with the others of its element: nothing leads to it, or it leads to none of them.

@@ -141,7 +141,9 @@ pub fn lanes_that_stop(map: &MapIndex, way: LineStringId) -> Vec<usize> {
         .collect();
     lanes.sort_unstable();
     lanes.dedup();
-    lanes
+    // Those behind it stop there, not the approaches that end at it.
+    let inside: Vec<usize> = lanes.iter().copied().filter(|&lane| map.movement(lane).is_some()).collect();
+    if inside.is_empty() { lanes } else { inside }
 }
 
 /// The stop lines of a map that have a length, in its order.

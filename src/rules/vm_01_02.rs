@@ -74,7 +74,9 @@ fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option
     let message =
         format!("Linestring {line} at the side of a lane does not say whether it may be crossed; its paint decides.");
     let finding = Finding::new("lane-change-implied", on, message).with(Subject::Lanelet(lanelet.0), "lane");
-    Some(match as_painted(line, tags) {
+    // Within an intersection nobody changes lanes, whatever is painted.
+    let is_in_intersection = map.users_of(line).iter().any(|&user| map.has_area(user));
+    Some(match as_painted(line, tags).filter(|_| !is_in_intersection) {
         Some((title, edit)) => finding.fixed_by(title, true, vec![edit]),
         None => finding,
     })

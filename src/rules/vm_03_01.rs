@@ -190,7 +190,8 @@ fn turn_without_area(
             let message =
                 format!("Lanelet {} has turn_direction, but no lane crosses, joins or leaves it.", lanelet.id);
             let edits = vec![Edit::RemoveTag { on: finding.subject, key: "turn_direction".into() }];
-            Finding { message, ..finding }.fixed_by("remove the tag turn_direction", false, edits)
+            let finding = Finding { message, ..finding }.fixed_by("remove the tag turn_direction", false, edits);
+            finding.advised("Remove the tag turn_direction; it is for the lanelets of intersections.")
         }
         None => finding,
     })

@@ -71,13 +71,14 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 /// Adds what mends a label that is no word: the label that fits, or none where no lanes meet. That a label was there may tell that an
 /// intersection was to be drawn, unless it is empty.
 fn worded(map: &MapIndex, params: &Params, at: usize, value: &str, finding: Finding) -> Finding {
-    let is_inside = !map.intersections_of(at).is_empty() || map.meets_others(at);
+    let is_empty = value.trim().is_empty();
+    let is_inside = !map.intersections_of(at).is_empty() || map.meets_others(at) && !is_empty;
     if is_inside {
         return relabelled(map, params, at, finding);
     }
     let on = Subject::Lanelet(map.lanes[at].id.0);
     let edits = vec![Edit::RemoveTag { on, key: "turn_direction".into() }];
-    finding.fixed_by("remove the tag turn_direction", value.trim().is_empty(), edits)
+    finding.fixed_by("remove the tag turn_direction", is_empty, edits)
 }
 
 fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
@@ -222,13 +223,24 @@ fn judge_bounds(map: &MapIndex, moves: &RoutingMoves, lane: &Lane) -> Vec<Findin
 }
 
 /// Adds the edit that forbids lane changes over a bound. Where vehicles change lanes there now, it needs review; where that is the only way
-/// into a lane or out of it, there is none.
+/// into a lane or out of it, or they change nowhere else between these lanes, there is none.
 fn closed(map: &MapIndex, moves: &RoutingMoves, finding: Finding, lane: &Lane, way: LineStringId) -> Finding {
     let Some(at) = map.lane(lane.id) else { return finding };
     let over = moves.beside(at).into_iter().filter(|other| map.lanes[other.lane].bounds.contains(&way));
     let others: Vec<usize> = over.filter(|other| other.may_leave || other.may_enter).map(|other| other.lane).collect();
     let needs = |lane: usize| map.predecessors(lane).is_empty() || map.followers(lane).is_empty();
-    let is_needed = others.iter().chain([&at]).any(|&lane| needs(lane)) && !others.is_empty();
+    // Before or behind the intersection vehicles may change between the same lanes, too.
+    let change = |a: usize, b: usize| {
+        moves.beside(a).iter().any(|other| other.lane == b && (other.may_leave || other.may_enter))
+    };
+    let change_between = |a: &[usize], b: &[usize]| a.iter().any(|&a| b.iter().any(|&b| change(a, b)));
+    let change_elsewhere = |other: usize| {
+        change_between(map.predecessors(at), map.predecessors(other))
+            || change_between(map.followers(at), map.followers(other))
+    };
+    let is_needed = !others.is_empty()
+        && (others.iter().chain([&at]).any(|&lane| needs(lane))
+            || !others.iter().all(|&other| change_elsewhere(other)));
     let finding = others
         .iter()
         .fold(finding, |finding, &other| finding.with(Subject::Lanelet(map.lanes[other].id.0), "lane beside"));

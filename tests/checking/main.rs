@@ -7,6 +7,7 @@ mod areas;
 mod autoware_names;
 #[path = "../common/mod.rs"]
 mod common;
+mod cures_that_fit;
 mod dead_ends;
 mod differences;
 mod divided_lanelets;

@@ -1,6 +1,7 @@
 //! The `intersection_area`: straight cuts across the roads and kerbs between them, clockwise.
 
 pub(crate) mod area_ring;
+mod empty_ground;
 mod subtract_islands;
 
 use crate::builder::ids::Key;
@@ -10,12 +11,13 @@ use crate::builder::network::Island;
 use crate::builder::network::turn_angle::TURNS_BACK;
 use crate::geometry::pose::Pose;
 use crate::geometry::strip_index::StripIndex;
-use crate::geometry::{Point, angle_between, curve, pose};
+use crate::geometry::{Point, angle_between, curve, polygon, pose};
 use crate::lanelet::{Attributes, PointId};
 
 use super::turning_lanelets::{SharedBounds, TurningLanelet};
 use area_ring::{Node, RingUnion, holds, is_simple, is_simple_ring, nodes, places, runs_beside, union_outline};
-use subtract_islands::subtract_islands;
+use empty_ground::{EmptyGround, RoadGround, empty_ground};
+use subtract_islands::{WithoutIslands, subtract_islands, without_ground};
 
 /// The outline of an intersection as nodes.
 #[derive(Clone, Debug, Default)]
@@ -83,12 +85,54 @@ pub fn area_outline(
             ring = yielding;
         }
     }
-    let (ring, covered) = subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
+    let WithoutIslands { mut ring, inside, covered } =
+        subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
+    for island in &inside {
+        add_island(assembly, key.word("island").number(island.way), &island.ring);
+    }
+    if !yields {
+        ring = without_empty_ground(assembly, key, ring, (arms, bounds, paths), &inside);
+    }
     let as_walked = ring.iter().eq(walked.iter().map(|(id, _)| id));
     let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
     add_kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
     AreaOutline { ring, places, overrun: overrun_arms, lost, yields, covered }
+}
+
+/// A ring without the ground at its edge that no lanelet needs. Such ground inside, between lanelets, gets a kerb around it, unless
+/// it has an island.
+fn without_empty_ground(
+    assembly: &mut MapBuilder,
+    key: Key,
+    mut ring: Vec<PointId>,
+    (arms, bounds, paths): (&[&Arm], &SharedBounds, &[TurningLanelet]),
+    islands: &[Island],
+) -> Vec<PointId> {
+    let ends: Vec<RoadGround> = arms.iter().map(|arm| RoadGround::of(arm, assembly.positions(&arm.cut))).collect();
+    for (i, piece) in empty_ground(&places(assembly, &ring), &ends, paths).into_iter().enumerate() {
+        let key = key.word("empty ground").number(i as i64);
+        match piece {
+            EmptyGround::Rim(piece) => {
+                let without = without_ground(assembly, key, &ring, (arms, bounds, paths), &[piece], &[]);
+                ring = without.unwrap_or(ring);
+            }
+            EmptyGround::Island(kerb) => {
+                if !islands.iter().any(|island| polygon::common_area(&island.ring, &kerb) > 0.0) {
+                    add_island(assembly, key, &kerb);
+                }
+            }
+        }
+    }
+    ring
+}
+
+/// Adds a kerb around an island.
+fn add_island(assembly: &mut MapBuilder, key: Key, ring: &[Point]) {
+    let nodes = ring.iter().enumerate().map(|(i, place)| assembly.point(key.number(i as i64), *place, 0.0));
+    let mut nodes: Vec<PointId> = nodes.collect();
+    nodes.extend(nodes.first().copied());
+    assembly.line(key.word("kerb line"), nodes, Attributes::of(&[("type", "road_border")]));
 }
 
 /// A kerb that would bulge out from its chord by more, metres, would enclose ground that no lanelet needs: it is straight, and the

@@ -1,7 +1,7 @@
 //! Surfaces, markings and direction arrows.
 
-use crate::geometry::{Point, Polyline};
-use crate::lane_stitching::{Colour, Strokes};
+use crate::geometry::{Point, Polyline, polygon};
+use crate::lane_stitching::{Colour, Kind, Strokes};
 use crate::lanelet::index::lets_vehicles_in;
 use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
 use crate::report::levels::Level;
@@ -37,6 +37,22 @@ pub fn areas(canvas: &mut Canvas, level: &Level) {
         let class = if lets_vehicles_in(area) { style::PASSAGE } else { "lot" };
         let kind = area.attributes.get("subtype").map_or_else(|| "area".to_owned(), |kind| format!("area, {kind}"));
         canvas.area(class, &positions(level.map, &area.points), &format!("{kind} {}", area.id));
+    }
+}
+
+/// Fills the ground within closed kerbs in intersections.
+pub fn islands(canvas: &mut Canvas, level: &Level) {
+    let intersections = level.polygons.iter().filter(|polygon| style::area(&polygon.attributes) == "box");
+    let rings: Vec<Vec<Point>> = intersections.map(|polygon| positions(level.map, &polygon.points)).collect();
+    for line in &level.lines {
+        let is_closed = line.points.len() > 3 && line.points.first() == line.points.last();
+        if is_closed && matches!(style::stroke(&line.attributes), Stroke::True(Kind::Kerb, _)) {
+            let kerb = positions(level.map, &line.points);
+            let is_inside = |ring: &Vec<Point>| kerb.first().is_some_and(|place| polygon::contains(ring, *place));
+            if rings.iter().any(is_inside) {
+                canvas.area("ground", &kerb, &format!("island {}", line.id));
+            }
+        }
     }
 }
 

@@ -135,7 +135,10 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
             lanes::polygons(c, level, false);
         });
         layer(&mut canvas, &of_level("lanes"), |c| lanes::surfaces(c, level));
-        layer(&mut canvas, &of_level("intersections"), |c| lanes::polygons(c, level, true));
+        layer(&mut canvas, &of_level("intersections"), |c| {
+            lanes::polygons(c, level, true);
+            lanes::islands(c, level);
+        });
         layer(&mut canvas, &of_level("turns"), |c| lanes::turns(c, level));
         layer(&mut canvas, &of_level("crosswalks"), |c| lanes::crosswalks(c, level));
         layer(&mut canvas, &of_level("markings"), |c| lanes::markings(c, level));

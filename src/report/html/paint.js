@@ -44,7 +44,9 @@ function* paintLevel(pen, lanelets, polygons, lines, classes, colours) {
   for (const surface of ['unknown', 'walk', 'shoulder', 'bicycle', 'road']) {
     yield* surfaces(pen, lanelets.filter((l) => l.surface === surface), colours[surface], frame.css >= MIDDLE && colours.seam);
   }
-  for (const p of polygons) if (p.colour === 'box') pen.fillPolygon(p.number, colours.box, colours.boxEdge);
+  const intersections = polygons.filter((p) => p.colour === 'box');
+  for (const p of intersections) pen.fillPolygon(p.number, colours.box, colours.boxEdge);
+  if (intersections.length) islands(pen, lines, intersections.map((p) => boxOf(pen.map, 'polygon', p.number)), classes, colours);
   yield;
   const turns = lanelets.filter((l) => l.turn);
   context.globalAlpha = 0.28;
@@ -63,6 +65,20 @@ function* paintLevel(pen, lanelets, polygons, lines, classes, colours) {
   if (frame.css >= FINE) {
     yield* arrows(pen, lanelets, colours);
     signals(pen, lines, classes, colours);
+  }
+}
+
+/** Ground within a closed kerb in an intersection; `boxes` are those around the intersections. */
+function islands(pen, lines, boxes, classes, colours) {
+  const { line, x, y } = pen.map;
+  for (const number of lines) {
+    const points = line.points.subarray(line.start[number], line.start[number + 1]);
+    if (points.length < 4 || points[0] !== points[points.length - 1] || classes.line[line.tags[number]].name !== 'kerb') continue;
+    const [px, py] = [x[points[0]], y[points[0]]];
+    if (!boxes.some((box) => box && px >= box[0] && py >= box[1] && px <= box[2] && py <= box[3])) continue;
+    pen.begin();
+    pen.trace(points);
+    pen.fill(colours.ground);
   }
 }
 

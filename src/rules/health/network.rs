@@ -28,7 +28,9 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
 /// The shortest way from the end of a lane back to its start, if no vehicle can turn on a ring that short. The finding is about
 /// the first lane on it.
 fn ring(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
-    if !map.lanes[at].vehicle {
+    // A lane without length is told of as that.
+    let is_none = |at: usize| map.lanes[at].length() < params.least_length;
+    if !map.lanes[at].vehicle || is_none(at) {
         return None;
     }
     let mut open = vec![(map.lanes[at].length(), vec![at])];

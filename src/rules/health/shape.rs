@@ -121,6 +121,10 @@ fn repeated(map: &MapIndex) -> Vec<Finding> {
     let mut findings = Vec::new();
     for line in map.map.linestrings.iter().filter(|line| !map.users_of(line.id).is_empty()) {
         let subject = Subject::LineString(line.id.0);
+        // A bound of one point has no length, which is told of; it would have none with the point named once.
+        if line.points.iter().all(|id| Some(id) == line.points.first()) {
+            continue;
+        }
         for (before, pair) in line.points.windows(2).enumerate() {
             if pair[0] != pair[1] {
                 continue;

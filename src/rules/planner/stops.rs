@@ -26,7 +26,8 @@ pub fn judge(all: &Watching, at: usize) -> Vec<Finding> {
             let watched = attention.watched.iter().map(|&other| Subject::Lanelet(all.id(other).0));
             vec![watched.fold(finding, |finding, other| finding.with(other, "watched"))]
         }
-        (Outcome::StopsTooLate, Some(first), Some(stop)) if counts(first) => {
+        // A later piece of a movement has no stop of its own: vm-03-05 wants the pieces joined.
+        (Outcome::StopsTooLate, Some(first), Some(stop)) if counts(first) && !is_later_piece(all, at) => {
             let place = match stop.source {
                 StopSource::RoadMarking(line) => format!("at its stop line {line}"),
                 StopSource::Margin => "where it would stop".to_owned(),
@@ -40,6 +41,14 @@ pub fn judge(all: &Watching, at: usize) -> Vec<Finding> {
         }
         _ => Vec::new(),
     }
+}
+
+/// Whether a lanelet is a later piece of a way through its intersection.
+fn is_later_piece(all: &Watching, at: usize) -> bool {
+    let map = all.map;
+    all.lane(at).is_some_and(|lane| {
+        map.predecessors(lane).iter().any(|&before| map.in_same_intersection(before, lane).is_some())
+    })
 }
 
 /// Whether a lanelet can be one that anything is to be said of: it touches nobody whom it watches, or those reach back to where the
