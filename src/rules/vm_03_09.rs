@@ -49,8 +49,8 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
 }
 
 /// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that give way,
-/// those of driveways, those that come from where its road goes on, and bicycle lanes beside it. Before a crosswalk vehicles stop at the
-/// line of its own element.
+/// those of driveways, those that come from where its road goes on, and bicycle lanes beside it; nor where all
+/// ground around is private. Before a crosswalk vehicles stop at the line of its own element.
 fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) -> bool {
     let is_ruled = |subtype| map.elements(map.lanes[lane].id, subtype).next().is_some();
     let meets = |other: usize| map.in_same_intersection(lane, other).is_some() && !leads_in(arm, other);
@@ -89,7 +89,11 @@ fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) 
         counts && !gives_way(other) && !is_met_inside(other)
     };
     let waits = || map.conflicts[lane].iter().any(|one| one.real && waits_for(one.other));
-    !from_private(lane)
+    let is_within_private_ground = || {
+        let ends = |lane: usize| map.predecessors(lane).iter().chain(map.followers(lane));
+        intersection.members.iter().flat_map(|member| ends(member.lane)).all(is_private)
+    };
+    (!from_private(lane) || is_within_private_ground())
         && (of_driveway(lane) || !waits())
         && !["traffic_light", "traffic_sign"].into_iter().any(is_ruled)
 }

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Vector, angle_between, polygon};
-use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::index::{Lane, MapIndex, STRAIGHT_ON, U_TURN};
 use crate::lanelet::{LaneletId, RegulatoryElement, RoadType};
 
 use super::road_borders::Borders;
@@ -26,6 +26,7 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = Vec::new();
     for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle) {
         findings.extend(judge_exit(map, at));
+        findings.extend(private_alone(map, at));
         findings.extend(walkway_missing(map, params, &borders, at));
     }
     let has_crosswalks = map.map.regulatory_elements.iter().any(|element| element.subtype == "crosswalk");
@@ -51,7 +52,8 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
     let next = Subject::Lanelet(map.lanes[road].id.0);
     let before = || map.predecessors(at).iter().filter(|&&lane| map.lanes[lane].vehicle);
     // What leads here from a public road, too, is a turn of that one.
-    let is_exit = || before().next().is_some() && before().all(|&lane| is_at(map, lane, "private"));
+    let is_private = |lane: usize| is_at(map, lane, "private") && !is_private_alone(map, lane);
+    let is_exit = || before().next().is_some() && before().all(|&lane| is_private(lane));
     if is_at(map, at, "urban") && is_exit() {
         let message = format!("Driveway lanelet {} joins a public road but is not private.", lane.id);
         let edits = vec![Edit::SetTag { on: subject, key: "location".into(), value: "private".into() }];
@@ -63,10 +65,39 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
         return None;
     }
     let message = format!("Driveway lanelet {} joins a public road but lacks turn_direction.", lane.id);
-    let label = map.label_for(lane.turn(), crate::lanelet::index::STRAIGHT_ON, crate::lanelet::index::U_TURN).as_str();
+    let label = map.label_for(lane.turn(), STRAIGHT_ON, U_TURN).as_str();
     let edits = vec![Edit::SetTag { on: subject, key: "turn_direction".into(), value: label.into() }];
     let finding = Finding::new("exit-no-turn", subject, message).with(next, "road");
     Some(finding.fixed_by(format!("set turn_direction={label}"), true, edits))
+}
+
+/// A lanelet in a row of public ones that alone says that it is private.
+fn private_alone(map: &MapIndex, at: usize) -> Option<Finding> {
+    if !is_private_alone(map, at) {
+        return None;
+    }
+    let (id, subject) = (map.lanes[at].id, Subject::Lanelet(map.lanes[at].id.0));
+    let message = format!("Lanelet {id} is private, but the road before and behind it is public.");
+    let edits = vec![Edit::SetTag { on: subject, key: "location".into(), value: "urban".into() }];
+    let both = map.predecessors(at).iter().chain(map.followers(at));
+    let finding = Finding::new("private-alone", subject, message);
+    let finding = both.fold(finding, |all, &other| all.with(Subject::Lanelet(map.lanes[other].id.0), "public"));
+    Some(finding.fixed_by("set location=urban", false, edits))
+}
+
+/// Whether one public lanelet leads straight into a private one, and one straight on from it: where private ground begins and ends,
+/// vehicles turn off.
+fn is_private_alone(map: &MapIndex, at: usize) -> bool {
+    let goes_on = |lane: usize| {
+        map.lanes[lane].vehicle && map.turn_direction(lane).is_none() && map.lanes[lane].turn().abs() < STRAIGHT_ON
+    };
+    let is_public_road = |lane: usize| is_at(map, lane, "urban") && goes_on(lane);
+    let ([before], [behind]) = (map.predecessors(at), map.followers(at)) else { return false };
+    is_at(map, at, "private")
+        && goes_on(at)
+        && [*before, *behind].into_iter().all(is_public_road)
+        && map.followers(*before).len() == 1
+        && map.predecessors(*behind).len() == 1
 }
 
 /// Whether others drive onto the same road, or across the lanelet that leads there. Where a road only stops being private,

@@ -160,7 +160,7 @@ fn nothing_wrong_is_said_of_hand_made_maps() {
                 // Lights on some lanelets of an approach and not on others.
                 "scenario_simulator_crossroads" | "scenario_simulator_kashiwanoha" => &["planner/both-wait"],
                 // Two nodes at one place, of bounds that meet there; turns that begin behind the lanelet straight on.
-                "zalazone_smart_city" => &["parts/same-place", "planner/stops-too-late", "planner/never-meets", cut],
+                "zalazone_smart_city" => &["parts/same-place", "planner/never-meets", cut],
                 "zalazone_uni_track" => &["parts/same-place"],
                 _ => &[],
             };

@@ -143,9 +143,11 @@ impl<'a> IntersectionAssembly<'a> {
         let ranked = self.ranked_movements(arms, paths, &controls, &legs);
         let waiting = Waiting::new(self.context.network, arms, &legs, (paths, &ranked, conflicts));
         let crossings = self.context.crossings;
+        // Whoever comes from private ground onto a public road waits; between the aisles of a car park nobody paints a line.
+        let meets_public = (0..arms.len()).any(|i| waiting.is_public(i));
         let has_line = |i: usize| {
             let is_guarded = || controls[i] != Control::None || crossings.at(arms[i].at).next().is_some();
-            !waiting.is_public(i) || is_guarded() || waiting.is_at(i)
+            meets_public && !waiting.is_public(i) || is_guarded() || waiting.is_at(i)
         };
         for (i, arm) in arms.iter().enumerate().filter(|(i, _)| has_line(*i)) {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);

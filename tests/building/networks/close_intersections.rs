@@ -114,6 +114,8 @@ fn a_stop_line_lies_only_where_somebody_waits() {
             (STREET, "highway=secondary lanes=2", 3),
             // Who comes out of the driveway waits.
             (STREET, "highway=service service=driveway", 1),
+            // Between the aisles of a car park nobody paints lines.
+            ("highway=service service=parking_aisle", "highway=service service=parking_aisle", 0),
             // The street that joins waits, and nobody on the road that it joins.
             ("highway=residential oneway=yes", "highway=residential oneway=yes", 1),
         ] {
