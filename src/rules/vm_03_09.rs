@@ -1,5 +1,6 @@
 //! vm-03-09: lanelets of an intersection reach from their stop line to the prolonged stop line of the lane opposite.
 
+use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
@@ -20,8 +21,12 @@ pub struct Params {
     crosswalk_reach: f64,
 }
 
+/// The part of a stop line in a finding of lanelets that do not refer to it.
+const LINE_NEARBY: &str = "stop line nearby";
+
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let obeyed = obeyed_lines(map);
     for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
         for arm in &intersection.arms {
             let inward = arm.edges.iter().filter(|edge| edge.inward);
@@ -29,7 +34,11 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
                 let mut starts: Vec<Finding> =
                     edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane)).collect();
                 if edge.lanes.iter().all(|&lane| is_free(map, intersection, arm, lane)) {
-                    starts.retain(|finding| finding.fault != "no-stop-line" || finding.fix.is_some());
+                    // A line that lies there and that nobody obeys was drawn for them; the others' line is not theirs.
+                    let is_forgotten = |finding: &Finding| {
+                        finding.related.iter().any(|it| it.part == LINE_NEARBY && !obeyed.contains(&it.subject))
+                    };
+                    starts.retain(|finding| finding.fault != "no-stop-line" || is_forgotten(finding));
                 }
                 findings.extend(one_for_the_entrance(map, starts));
             }
@@ -46,6 +55,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// The lines that regulatory elements of lanelets name.
+fn obeyed_lines(map: &MapIndex) -> FxHashSet<Subject> {
+    let elements = map.map.regulatory_elements.iter().filter(|element| !map.referrers(element.id).is_empty());
+    let lines = elements.flat_map(|element| element.linestrings("refers").chain(element.linestrings("ref_line")));
+    lines.map(|line| Subject::LineString(line.0)).collect()
 }
 
 /// Whether nobody waits before a lanelet, and no light is there: no other lane meets it but those from the same arm, those that give way,
@@ -219,7 +235,7 @@ fn no_stop_line(map: &MapIndex, at: usize, near: Option<StopLine>) -> Finding {
         "Lanelet {} has no stop line: no light, road marking or stop sign of it refers to {}, which lies there.",
         lane.id, line.way
     ))
-    .with(way, "stop line nearby")
+    .with(way, LINE_NEARBY)
     .fixed_by(format!("refer to stop line {} as road marking", line.way), true, vec![edit])
 }
 
