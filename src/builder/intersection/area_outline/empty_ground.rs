@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use geo::{Area, BooleanOps, Buffer, Distance, Euclidean, Intersects, Line, LineString, MultiPolygon, Polygon};
-use rustc_hash::FxHashSet;
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
@@ -70,11 +69,11 @@ pub fn empty_ground(ring: &[Point], roads: &[RoadGround], paths: &[TurningLanele
     }
     let outlines: Vec<Vec<Point>> = paths.iter().map(|path| path.outline.clone()).collect();
     let along_cuts = roads.iter().map(|road| match polygon::is_flat(&road.ground) {
-        true => road.ground.iter().map(|p| (p.x, p.y)).collect::<LineString>().buffer(RUN_OUT),
-        false => polygon::to_geo(&road.ground).buffer(RUN_OUT),
+        true => road.ground.iter().map(|p| (p.x, p.y)).collect::<LineString>().buffer(RUN_OUT + GAP),
+        false => polygon::to_geo(&road.ground).buffer(RUN_OUT + GAP),
     });
-    let lanes = polygon::ground(&outlines).buffer(BESIDE);
-    let used = along_cuts.fold(lanes, |used, cut| used.union(&cut)).buffer(GAP).buffer(-GAP);
+    let lanes = polygon::ground(&outlines).buffer(BESIDE + GAP);
+    let used = along_cuts.fold(lanes, |used, cut| used.union(&cut)).buffer(-GAP);
     let left = polygon::to_geo(ring).difference(&used);
     let strips: Vec<Line> =
         roads.iter().flat_map(|road| &road.bare).map(|[a, b]| Line::new((a.x, a.y), (b.x, b.y))).collect();
@@ -130,28 +129,39 @@ fn is_one_movement_apart(place: Point, ring: &[Point], paths: &[TurningLanelet])
 /// from the ring. A lanelet is narrower than the circle.
 fn has_empty_circle(ring: &[Point], paths: &[TurningLanelet]) -> bool {
     let Some([low, high]) = polygon::bounds(ring) else { return false };
-    let cell = |p: Point| [p.x, p.y].map(|x| (x / SQUARE).floor() as i64);
-    let mut near: FxHashSet<[i64; 2]> = FxHashSet::default();
+    let [width, height] = [high.x - low.x, high.y - low.y].map(|metres| (metres / SQUARE) as usize + 1);
+    let mut near = vec![false; width * height];
     let mut mark = |line: &[Point], radius: f64| {
-        let reach = (radius / SQUARE).floor() as i64;
-        let closed = line.iter().chain(line.first()).copied();
-        let Some(line) = Polyline::new(closed) else { return };
-        let mut last = None;
-        for [x, y] in line.places(SQUARE).map(cell) {
-            if last.replace([x, y]) == Some([x, y]) {
-                continue;
-            }
-            for dy in -reach..=reach {
-                let half = ((reach * reach - dy * dy) as f64).sqrt() as i64;
-                near.extend((-half..=half).map(|dx| [x + dx, y + dy]));
+        let reach = (radius / SQUARE) as i64;
+        let halves: Vec<i64> = (-reach..=reach).map(|dy| ((reach * reach - dy * dy) as f64).sqrt() as i64).collect();
+        for (a, b) in line.iter().zip(line.iter().cycle().skip(1)) {
+            let steps = ((b - a).norm() / SQUARE).ceil().max(1.0);
+            for step in 0..steps as usize {
+                let at = (a + (b - a) * (step as f64 / steps) - low) / SQUARE;
+                let [x, y] = [at.x, at.y].map(|cell| cell.floor() as i64);
+                let rows = (y - reach..=y + reach).zip(&halves);
+                for (row, half) in rows.filter(|(row, _)| (0..height as i64).contains(row)) {
+                    let [from, to] = [x - half, x + half + 1].map(|cell| cell.clamp(0, width as i64) as usize);
+                    near[row as usize * width..][from..to].fill(true);
+                }
             }
         }
     };
     paths.iter().for_each(|path| mark(&path.outline, BESIDE + GAP));
     mark(ring, 0.8 * GAP);
-    let [[left, bottom], [right, top]] = [low, high].map(cell);
-    let middle = |x: i64, y: i64| Point::new((x as f64 + 0.5) * SQUARE, (y as f64 + 0.5) * SQUARE);
-    (left..=right).any(|x| (bottom..=top).any(|y| !near.contains(&[x, y]) && polygon::contains(ring, middle(x, y))))
+    // The ring crosses the middle of a row into itself and out of itself by turns.
+    near.chunks(width).enumerate().any(|(row, near)| {
+        let y = low.y + (row as f64 + 0.5) * SQUARE;
+        let edges = ring.iter().zip(ring.iter().cycle().skip(1));
+        let crossing =
+            edges.filter(|(a, b)| (a.y <= y) != (b.y <= y)).map(|(a, b)| a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+        let mut crossings: Vec<f64> = crossing.map(|x| (x - low.x) / SQUARE - 0.5).collect();
+        crossings.sort_unstable_by(f64::total_cmp);
+        crossings.chunks_exact(2).any(|pair| {
+            let [from, to] = [pair[0].ceil(), pair[1].floor() + 1.0].map(|cell| cell.clamp(0.0, width as f64) as usize);
+            near[from.min(to)..to].contains(&false)
+        })
+    })
 }
 
 #[cfg(test)]
