@@ -10,6 +10,7 @@
 //! layer 2   planner                                   what Autoware's planner will do with a map
 //!           lanelet, requirement, settings            the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
+//!           element_edits                             edits of one element, in its own text
 //! layer 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
 //! ```
 //!
@@ -37,6 +38,8 @@ pub mod cells;
 pub mod cli;
 #[warn(clippy::indexing_slicing)]
 pub mod diagnostic;
+#[warn(clippy::indexing_slicing)]
+mod element_edits;
 #[warn(clippy::indexing_slicing)]
 pub mod fix;
 pub mod geometry;

@@ -6,7 +6,6 @@ mod division;
 mod edit_claims;
 mod format_version;
 mod ids;
-mod keys;
 mod new_ids;
 mod references;
 mod renumbered;
@@ -17,13 +16,14 @@ use std::collections::BTreeMap;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
+use crate::element_edits::{edit_element, edited_element};
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, OsmData, Tags};
 
+pub use crate::element_edits::{Key, key_of};
 use claims::{Claim, Claims};
 pub use ids::IdRange;
 use ids::Ids;
-pub use keys::{Key, key_of};
 pub use references::NAMING;
 use references::{References, repeated};
 
@@ -96,16 +96,6 @@ impl<'a> TextEdits<'a> {
         Some(self.created.iter().skip(created).map(|(key, _)| *key).collect())
     }
 
-    fn replace_way(&mut self, lanelet: i64, from: i64, to: i64) -> Option<()> {
-        let other = |child: &Child| match child {
-            Child::Member(ElementKind::Way, id, role) if *id == from => {
-                Some(Child::Member(ElementKind::Way, to, role.clone()))
-            }
-            _ => None,
-        };
-        self.element(Subject::Relation(lanelet))?.replace(other).then_some(())
-    }
-
     fn set_vertices(&mut self, way: Subject, points: &[i64]) -> Option<()> {
         self.leave_outlines(key_of(way)?)?;
         self.element(way)?.set_vertices(points);
@@ -157,34 +147,12 @@ impl<'a> TextEdits<'a> {
 
     /// Makes one edit; `None` where it cannot be made.
     fn edit(&mut self, edit: &Edit) -> Option<()> {
-        let done = |done: bool| done.then_some(());
+        if let Some(only) = edited_element(edit) {
+            return edit_element(self.element(only)?, edit);
+        }
         match edit {
-            Edit::SetTag { on, key, value } => self.element(*on)?.set_tag(key, value),
-            Edit::RemoveTag { on, key } => {
-                let tag = Child::Tag(key.to_string());
-                done(self.element(*on)?.remove(|child| *child == tag))?;
-            }
-            Edit::AddMember { on, role, member } => {
-                let (kind, id) = key_of(*member)?;
-                self.element(*on)?.add_member(kind, id, role);
-            }
-            Edit::RemoveMember { on, role, member } => {
-                let (kind, id) = key_of(*member)?;
-                let member = Child::Member(kind, id, role.to_string());
-                done(self.element(*on)?.remove(|child| *child == member))?;
-            }
-            Edit::SetRole { on, member, from, to } => {
-                let (kind, id) = key_of(*member)?;
-                let [from, to] = [from, to].map(|role| Child::Member(kind, id, role.to_string()));
-                done(self.element(*on)?.replace(|child| (*child == from).then(|| to.clone())))?;
-            }
             Edit::MergePoints { from, to } => self.merge(*from, *to)?,
-            Edit::InsertVertex { way, position, point } => {
-                done(self.element(*way)?.insert_vertex(*position, *point))?;
-            }
-            Edit::RemoveVertex { way, position } => done(self.element(*way)?.remove_vertex(*position))?,
             Edit::SetVertices { way, points } => self.set_vertices(*way, points)?,
-            Edit::ReplaceWay { lanelet, from, to } => self.replace_way(*lanelet, *from, *to)?,
             Edit::ReverseWay { way } => self.element(*way)?.reverse_vertices(),
             Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
             Edit::SetPlace { point, place } => self.element(Subject::Point(*point))?.set_place(place.lat, place.lon),
@@ -210,6 +178,8 @@ impl<'a> TextEdits<'a> {
             Edit::CreateOpposite { lanelet, elements } => self.create_opposite(*lanelet, elements)?,
             Edit::Divide(division) => self.divide(division)?,
             Edit::SetFormatVersion { version } => self.set_format_version(version)?,
+            // One of those above.
+            _ => return None,
         }
         Some(())
     }

@@ -1,5 +1,8 @@
 //! One element of a file as text that can be edited: what is not edited keeps every byte.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use quick_xml::XmlVersion;
 use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
@@ -33,6 +36,8 @@ struct Item {
     child: Child,
     /// For a vertex that was read: its number among the vertices.
     vertex: Option<usize>,
+    /// Where it was read (bytes from the start of the element).
+    read: Option<Range<usize>>,
 }
 
 /// An element that is being edited.
@@ -99,7 +104,7 @@ impl Element {
                     vertices += usize::from(vertex.is_some());
                     let text = text.get(item_start..end)?.to_owned();
                     let child = std::mem::replace(&mut child, Child::Other);
-                    element.as_mut()?.items.push(Item { lead, text, child, vertex });
+                    element.as_mut()?.items.push(Item { lead, text, child, vertex, read: Some(item_start..end) });
                     lead_start = end;
                 }
             }
@@ -142,13 +147,52 @@ impl Element {
         text
     }
 
+    /// The changes of children that make the text from which it was read into its own, in order: ranges (bytes), and what comes there.
+    /// `None` where it was read without an end tag.
+    pub fn changes_of(&self, text: &str) -> Option<Vec<(Range<usize>, String)>> {
+        let mut end = text.len() - self.tail.as_ref()?.len();
+        let mut gone: BTreeMap<usize, Range<usize>> = BTreeMap::new();
+        for Item { lead, read, .. } in Self::parse(text, "")?.items {
+            let read = read?;
+            end = end.min(read.start - lead.len());
+            gone.insert(read.start, read.start - lead.len()..read.end);
+        }
+        let mut changes: Vec<(Range<usize>, String)> = Vec::new();
+        for (item, next) in self.items.iter().zip(self.items.iter().skip(1).map(Some).chain([None])) {
+            let Item { lead, text: new, .. } = item;
+            match (&item.read, next.filter(|next| next.vertex.is_some()).and_then(|next| next.read.as_ref())) {
+                (Some(read), _) => {
+                    gone.remove(&read.start);
+                    end = read.end;
+                    let is_other = text.get(read.clone()) != Some(new);
+                    changes.extend(is_other.then(|| (read.clone(), new.clone())));
+                }
+                // A vertex comes right before the next one.
+                (None, Some(next)) => changes.push((next.start..next.start, format!("{new}{lead}"))),
+                (None, None) => changes.push((end..end, format!("{lead}{new}"))),
+            }
+        }
+        changes.extend(gone.into_values().map(|range| (range, String::new())));
+        changes.sort_by_key(|(at, _)| (at.start, at.end));
+        // Programs may make the changes in any order: what comes at one place comes at once.
+        changes.dedup_by(|(at, later), (before, text)| {
+            let is_same = before.start == at.start;
+            if is_same {
+                before.end = at.end;
+                text.push_str(later);
+            }
+            is_same
+        });
+        Some(changes)
+    }
+
     fn lead(&self) -> String {
         self.items.first().map_or_else(|| format!("{}{INDENT}", self.margin), |item| item.lead.clone())
     }
 
     fn insert(&mut self, at: usize, child: Child, text: String) {
         let lead = self.lead();
-        self.items.insert(at, Item { lead, text, child, vertex: None });
+        self.items.insert(at, Item { lead, text, child, vertex: None, read: None });
     }
 
     /// Sets an attribute where it is, else behind the others.
@@ -255,7 +299,13 @@ impl Element {
         let at = self.items.iter().position(|item| which(&item.child)).unwrap_or(0);
         let lead = self.lead();
         self.items.retain(|item| !which(&item.child));
-        let children = children.map(|child| Item { lead: lead.clone(), text: child_text(&child), child, vertex: None });
+        let children = children.map(|child| Item {
+            lead: lead.clone(),
+            text: child_text(&child),
+            child,
+            vertex: None,
+            read: None,
+        });
         self.items.splice(at..at, children);
     }
 

@@ -20,7 +20,6 @@ pub mod json;
 pub mod junit;
 mod known_words;
 mod levels;
-pub mod patch;
 pub mod planner;
 mod prose;
 pub mod sarif;

@@ -9,9 +9,9 @@ use std::io::{self, Write};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
-use super::patch::{Replacement, replacements};
 use super::{Entry, Position, Report, TOOL, VERSION, sentence, split_code};
 use crate::diagnostic::{Fix, Severity, SourceSpan, Subject};
+use crate::element_edits::replacements;
 use crate::lanelet::locate::span_of;
 use crate::lanelet::referrers::Referrers;
 use crate::requirement::{Fault, Requirement};
@@ -177,7 +177,11 @@ fn related(report: &Report<'_>, entry: &Entry<'_>, referrers: &Referrers) -> Vec
 /// The fix as changes of text; `None` where it takes more than that.
 fn sarif_fix(report: &Report<'_>, fix: &Fix) -> Option<Value> {
     let mut changes: Vec<(u32, Value, Vec<Value>)> = Vec::new();
-    for Replacement { span, text } in replacements(report, fix)? {
+    let text = |subject: Subject| {
+        let span = span_of(report.map, subject)?;
+        Some((span.clone(), report.sources.text(&span)?))
+    };
+    for (span, text) in replacements(fix, text)? {
         let place = |offset: u64| report.sources.position(&SourceSpan { start: offset, ..span.clone() });
         let (start, end) = (place(span.start)?, place(span.end)?);
         let replacement = json!({

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::keys::Key;
+use crate::element_edits::Key;
 use crate::osm::ElementKind;
 
 /// A part of an element that an edit claims.

@@ -1,9 +1,9 @@
 //! Creates new elements.
 
 use super::TextEdits;
-use super::keys::key_of;
 use super::references::AREA;
 use crate::diagnostic::{AreaCorner, Subject};
+use crate::element_edits::key_of;
 use crate::osm::element::{Child, Element};
 use crate::osm::{ElementKind, Text};
 

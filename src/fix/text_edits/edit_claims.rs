@@ -2,9 +2,9 @@
 
 use super::TextEdits;
 use super::claims::{Claim, Part};
-use super::keys::key_of;
 use super::references::{AREA, NAMING};
 use crate::diagnostic::{Edit, Subject};
+use crate::element_edits::key_of;
 use crate::osm::ElementKind;
 
 impl TextEdits<'_> {

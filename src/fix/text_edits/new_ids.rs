@@ -3,8 +3,8 @@
 
 use super::TextEdits;
 use super::ids::IdRange;
-use super::keys::Key;
 use crate::diagnostic::Fix;
+use crate::element_edits::Key;
 
 impl TextEdits<'_> {
     /// Leaves ids to the fixes that used them before.

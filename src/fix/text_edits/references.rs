@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::keys::Key;
 use crate::diagnostic::SourceSpan;
+use crate::element_edits::Key;
 use crate::osm::{ElementKind, OddityKind, OsmData};
 
 /// The type of an intersection's area, and the tag in which a lanelet names it.

@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 
 use super::TextEdits;
-use super::keys::{Key, key_of};
 use super::references::NAMING;
 use crate::diagnostic::{SourceSpan, Subject};
+use crate::element_edits::{Key, key_of};
 use crate::osm::ElementKind;
 use crate::osm::element::Child;
 
