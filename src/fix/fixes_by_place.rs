@@ -66,9 +66,11 @@ impl ByPlace {
         found
     }
 
-    /// The fix that created the subject of an error: without it there would be no such error.
+    /// The only fix that created the subject of an error: without it there would be no such error.
     pub fn maker(&self, error: &Diagnostic) -> Option<usize> {
-        self.makers.get(&key_of(error.finding.subject)?).copied()
+        let key = key_of(error.finding.subject)?;
+        let maker = self.makers.get(&key).copied()?;
+        self.elements.get(&key)?.iter().all(|&at| at == maker).then_some(maker)
     }
 
     /// Whether one of these fixes may have caused an error: it is about the same elements, or within reach. A fix or an error

@@ -6,6 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::finding_counts::{FindingCounts, errors};
+use super::fixes_by_place::keys;
 use super::nearby::{REACHES_TRIED, around, changed, connected};
 use super::route::{self, Change, Route};
 use super::text_edits::{Key, key_of};
@@ -81,13 +82,18 @@ const LEAST_EFFORT: usize = 750_000;
 /// As many elements as this are judged in the time of one finding about several of them, which were held against each other.
 const OF_COMPARISON: usize = 30;
 
+/// So often may judging the surroundings of a change alone miss an error.
+const MOST_MISSES: usize = REACHES_TRIED.len();
+
 /// Judges maps one after another.
 pub struct ChangeJudge<J> {
     judge: J,
     /// Whether a map was judged by its surroundings alone since the last map that was judged as a whole.
     is_guessed: Cell<bool>,
-    /// Whether such a judgement was wrong before.
-    is_exact: Cell<bool>,
+    /// Elements with an error that such a judgement missed, and how often it did: near them more is judged.
+    missed: RefCell<FxHashMap<Key, usize>>,
+    /// How often such judgements missed something; after [`MOST_MISSES`] every map is judged as a whole.
+    misses: Cell<usize>,
     /// The part that was judged last: often the next change is at the same place.
     last: RefCell<Option<JudgedPart>>,
     /// How much was judged: elements, and what was found, which takes longer.
@@ -124,7 +130,7 @@ pub enum Confirmed {
     AsIs,
     /// There are other findings, but no unexpected error.
     Otherwise(Vec<Diagnostic>),
-    /// There are unexpected errors. From now on every map is judged as a whole.
+    /// There are unexpected errors. From now on more is judged near them.
     Worse,
 }
 
@@ -133,7 +139,8 @@ impl<J: Judge> ChangeJudge<J> {
         Self {
             judge,
             is_guessed: Cell::new(false),
-            is_exact: Cell::new(false),
+            missed: RefCell::default(),
+            misses: Cell::new(0),
             last: RefCell::default(),
             effort: Cell::new(0),
             most_effort: Cell::new(usize::MAX),
@@ -183,22 +190,28 @@ impl<J: Judge> ChangeJudge<J> {
         known: impl IntoIterator<Item = JudgedMap<'a>>,
         osm: &OsmData,
     ) -> Result<Vec<Diagnostic>, J::Error> {
-        if self.is_exact.get() {
+        if self.misses.get() > MOST_MISSES {
             return self.whole(osm);
         }
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
-        if let Some((known, changed)) = least.filter(|(_, changed)| !changed.is_empty()) {
-            for reach in REACHES_TRIED {
+        if let Some((known, changed)) = least {
+            for (number, reach) in REACHES_TRIED.into_iter().enumerate() {
                 let near = around([known.osm, osm], &changed, reach, |node| self.judge.place(node));
-                let to_show = reach.is_close.then_some(&changed);
-                let judged = near.map(|near| self.judged_in_part(known, osm, to_show, near));
+                let near = near.filter(|near| self.missed_near(near) <= number);
+                let judged = near.map(|near| self.judged_in_part(known, osm, (&changed, reach.is_close), near));
                 if let Some(found) = judged.transpose()?.flatten() {
                     return Ok(found);
                 }
             }
         }
         self.whole(osm)
+    }
+
+    /// How often an error was missed that is about one of some elements.
+    fn missed_near(&self, near: &FxHashSet<Key>) -> usize {
+        let missed = self.missed.borrow();
+        missed.iter().filter(|(key, _)| near.contains(key)).map(|(_, times)| *times).max().unwrap_or_default()
     }
 
     /// The routes that a map has and another has not. `fresh` are the new ids of elements of the old one.
@@ -209,12 +222,12 @@ impl<J: Judge> ChangeJudge<J> {
     }
 
     /// The findings in a map that differs from a known one near some elements alone; `None` where these are most of the map, or do not show
-    /// what is known of those `to_show`.
+    /// what is known of those that change.
     fn judged_in_part(
         &self,
         known: JudgedMap,
         osm: &OsmData,
-        to_show: Option<&FxHashSet<Key>>,
+        (changed, is_close): (&FxHashSet<Key>, bool),
         mut near: FxHashSet<Key>,
     ) -> Result<Option<Vec<Diagnostic>>, J::Error> {
         let before = self.last.take().filter(|last| last.is_around(&near, known.osm));
@@ -240,7 +253,8 @@ impl<J: Judge> ChangeJudge<J> {
             }
         };
         self.count(&part, &after);
-        if to_show.is_some_and(|changed| !is_enough(known.left, &before, changed)) {
+        let shows_known = !is_close || shows_what_is_known(known.left, &before, changed);
+        if !shows_known || shows_more_than_is_known(known.left, &before, changed) {
             return Ok(None);
         }
         self.last.replace(Some(JudgedPart { keys: near, osm: part, found: after.clone() }));
@@ -257,10 +271,14 @@ impl<J: Judge> ChangeJudge<J> {
             return Ok(Confirmed::AsIs);
         }
         let found = self.whole(osm)?;
-        if FindingCounts::of(errors(left)).exceeded_by(errors(&found)).is_empty() {
+        let unexpected = FindingCounts::of(errors(left)).exceeded_by(errors(&found));
+        if unexpected.is_empty() {
             return Ok(Confirmed::Otherwise(found));
         }
-        self.is_exact.set(true);
+        self.misses.set(self.misses.get() + 1);
+        let about: FxHashSet<Key> = unexpected.into_iter().flat_map(keys).collect();
+        let mut missed = self.missed.borrow_mut();
+        about.into_iter().for_each(|key| *missed.entry(key).or_default() += 1);
         Ok(Confirmed::Worse)
     }
 }
@@ -271,12 +289,18 @@ fn size(osm: &OsmData) -> usize {
 
 /// Whether a part of a map shows what is known of the elements that change and may be mended: else that depends on what lies outside, as
 /// a turn signal does on the lanes before it.
-fn is_enough(known: &[Diagnostic], found: &[Diagnostic], changed: &FxHashSet<Key>) -> bool {
-    let found: FxHashSet<(&str, Subject)> = found.iter().map(|one| (one.code.as_str(), one.finding.subject)).collect();
-    let is_about = |one: &&Diagnostic| {
+fn shows_what_is_known(known: &[Diagnostic], found: &[Diagnostic], changed: &FxHashSet<Key>) -> bool {
+    let found: FxHashSet<u64> = found.iter().map(hashed).collect();
+    let is_mendable = |one: &&Diagnostic| {
         one.finding.fix.is_some() && key_of(one.finding.subject).is_some_and(|key| changed.contains(&key))
     };
-    known.iter().filter(is_about).all(|one| found.contains(&(one.code.as_str(), one.finding.subject)))
+    known.iter().filter(is_mendable).all(|one| found.contains(&hashed(one)))
+}
+
+/// Whether a part of a map shows errors of the elements that change which the whole map does not have: there they would not be new.
+fn shows_more_than_is_known(known: &[Diagnostic], found: &[Diagnostic], changed: &FxHashSet<Key>) -> bool {
+    let about = errors(found).filter(|one| keys(one).any(|key| changed.contains(&key)));
+    about.into_iter().any(|one| !known.iter().any(|other| hashed(other) == hashed(one) && may_be_same(other, one)))
 }
 
 /// The findings after a part of the map has changed: those of the part that are new are added, those that are gone are removed.
@@ -307,7 +331,7 @@ fn changed_by(
     };
     let stays: Vec<&Diagnostic> = left.iter().filter(|one| take(one, is_same).is_none()).collect();
     // Some findings depend on the whole map, so that a part gives a wrong result for them.
-    let stays = stays.into_iter().filter(|one| take(one, |_, _| true).is_none());
+    let stays = stays.into_iter().filter(|one| take(one, may_be_same).is_none());
     let mut all: Vec<Diagnostic> = stays.cloned().collect();
     all.extend(come);
     all.sort_by_cached_key(|one| (rank(&one.code), one.finding.subject, one.finding.message.clone()));
@@ -320,6 +344,12 @@ fn hashed(one: &Diagnostic) -> u64 {
     let mut hasher = DefaultHasher::new();
     key.hash(&mut hasher);
     hasher.finish()
+}
+
+/// Whether two findings of one code and subject may be the same one though they say something else: one about a pair is about that pair.
+fn may_be_same(a: &Diagnostic, b: &Diagnostic) -> bool {
+    let [x, y] = [a, b].map(|one| one.finding.related.iter().map(|other| other.subject));
+    x.len() != 1 || y.len() != 1 || x.eq(y)
 }
 
 /// Whether two findings say the same, wherever they are in the file.

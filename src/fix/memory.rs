@@ -6,7 +6,6 @@ use rustc_hash::FxHashSet;
 
 use super::proposal::{Mend, Proposal};
 use super::scope::Scope;
-use super::suspects::Suspects;
 use super::tried::Tried;
 use crate::diagnostic::{Diagnostic, Fix};
 
@@ -20,16 +19,23 @@ pub struct Memory {
     pub leaves_unmarked: bool,
     /// No fix is tried twice, so that two fixes cannot undo each other forever.
     pub tried: Tried,
-    /// Fixes that brought errors with fixes of their own: they are tried again together with these.
-    pub leading: FxHashSet<Mend>,
-    /// Fixes that were tried so as a group.
-    pub led: FxHashSet<Mend>,
     /// Fixes that draw an area and were not kept because they bring more warnings than they mend errors.
     pub heavy: FxHashSet<Mend>,
     /// The most warnings that the map may have, where such fixes are made as long as it has no more.
     pub room: Option<usize>,
     /// Groups of fixes that do harm together, as is known from earlier rounds.
-    pub to_blame: Vec<Suspects>,
+    pub to_blame: Vec<Waiting>,
+}
+
+/// Fixes that do harm together with others, and wait until these are tried without them. Where the others do none, they are the cause.
+#[derive(Clone, Debug)]
+pub struct Waiting {
+    /// The others.
+    pub tried: Vec<Mend>,
+    /// Those that wait, the likeliest cause last.
+    pub fixes: Vec<Proposal>,
+    /// What they do together, in one sentence.
+    pub reason: String,
 }
 
 impl Memory {
@@ -42,11 +48,6 @@ impl Memory {
     pub fn open(&self, left: &[Diagnostic]) -> Vec<Proposal> {
         let open = left.iter().filter(|found| self.scope.wants(found)).filter_map(Proposal::of);
         let is_chosen = |mend: &Mend| self.only.as_ref().is_none_or(|only| only.contains(mend));
-        let open = open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend) && is_chosen(&one.mend));
-        let leads = |one: Proposal| {
-            let leads = self.leading.contains(&one.mend);
-            Proposal { leads, in_group: !leads && self.led.contains(&one.mend), ..one }
-        };
-        open.map(leads).collect()
+        open.filter(|one| self.scope.may(&one.fix) && !self.tried.has(&one.mend) && is_chosen(&one.mend)).collect()
     }
 }

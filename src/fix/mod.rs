@@ -19,7 +19,6 @@ mod round;
 mod route;
 mod routes;
 mod scope;
-mod suspects;
 #[cfg(test)]
 mod tests;
 mod text_edits;

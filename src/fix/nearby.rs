@@ -25,8 +25,11 @@ const CLOSE: Near = Near { shape: 3, words: 1, is_close: true };
 /// At least 30 m: where the closer ones do not show what is to be mended.
 const WIDE: Near = Near { shape: 6, words: 6, is_close: false };
 
+/// At least 60 m: where judging those missed something.
+const FAR: Near = Near { shape: 12, words: 12, is_close: false };
+
 /// What is tried one after the other.
-pub const REACHES_TRIED: [Near; 2] = [CLOSE, WIDE];
+pub const REACHES_TRIED: [Near; 3] = [CLOSE, WIDE, FAR];
 
 /// The elements that differ between two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {

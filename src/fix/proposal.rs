@@ -33,10 +33,6 @@ pub struct Proposal {
     pub creates: Vec<Key>,
     /// The elements that contain what it changed, once it is applied.
     pub reaches: Vec<Key>,
-    /// Whether it is applied together with the fixes of the errors that it brings.
-    pub leads: bool,
-    /// Whether it was applied so as one of a group, and not yet by itself.
-    pub in_group: bool,
     /// The fixes of the errors that it brought.
     pub followers: Vec<(Mend, Fix)>,
 }
@@ -49,17 +45,7 @@ impl Proposal {
         let place = found.local.map(|place| [place.x, place.y]);
         let related = found.finding.related.iter().map(|one| one.subject);
         let about = std::iter::once(found.finding.subject).chain(related).filter_map(key_of).collect();
-        Some(Self {
-            mend,
-            fix,
-            place,
-            about,
-            creates: Vec::new(),
-            reaches: Vec::new(),
-            leads: false,
-            in_group: false,
-            followers: Vec::new(),
-        })
+        Some(Self { mend, fix, place, about, creates: Vec::new(), reaches: Vec::new(), followers: Vec::new() })
     }
 
     /// Whether it draws an area: the lanelets in the area have to be final first.
@@ -75,11 +61,6 @@ impl Proposal {
     /// All edits, its own and those of the fixes that follow from it.
     pub fn edits(&self) -> impl Iterator<Item = &Edit> {
         self.fix.edits.iter().chain(self.followers.iter().flat_map(|(_, fix)| &fix.edits))
-    }
-
-    /// No longer applies it with what follows from its group.
-    pub fn leads_no_group(&mut self) {
-        self.leads &= !self.in_group;
     }
 
     /// Its own mend and those that follow from it.
@@ -100,9 +81,7 @@ pub struct Attempt {
     pub renumbered: FxHashMap<Key, i64>,
     /// The routes that it changes.
     pub routes: Vec<Change>,
-    /// Whether the fixes that follow from leading fixes were applied; they are not if other fixes do harm.
-    pub is_followed: bool,
-    /// If they were, the map without them, and its findings.
+    /// Where fixes followed from these, the map without them, and its findings.
     pub as_made: Option<(OsmData, Vec<Diagnostic>)>,
 }
 

@@ -2,19 +2,17 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::attempt::{Earlier, FixError, attempt, follow_all};
-use super::harmful_fixes::{self, Divided, Verdict};
+use super::attempt::{Earlier, FixError, attempt};
+use super::harmful_fixes::{self, Suspected};
 use super::judgement::{ChangeJudge, Judge, JudgedMap};
-use super::memory::Memory;
+use super::memory::{Memory, Waiting};
 use super::mended::Mended;
 use super::proposal::{Attempt, Mend, Proposal};
-use super::suspects::{self, Suspects};
 use super::text_edits::Key;
 use super::{more_warnings, routes};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 
-/// Applies the fixes of a batch that do no harm together; returns the new ids of elements. Each call keeps or refuses at least
-/// one fix, or marks one to be tried with the fixes that follow from it.
+/// Applies the fixes of a batch that do no harm together; returns the new ids of elements. Each call keeps or refuses at least one fix.
 pub fn round<J: Judge>(
     state: &mut Mended,
     memory: &mut Memory,
@@ -22,8 +20,12 @@ pub fn round<J: Judge>(
     judge: &ChangeJudge<J>,
 ) -> Result<FxHashMap<Key, i64>, FixError<J::Error>> {
     let to_blame = std::mem::take(&mut memory.to_blame);
-    let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
-    let mut is_first = true;
+    let mut waiting: Vec<Waiting> = Vec::new();
+    for Waiting { fixes, reason, .. } in to_blame {
+        if fixes.iter().all(|one| batch.iter().any(|other| other.mend == one.mend)) {
+            waiting.push(halved(fixes, reason, &mut batch));
+        }
+    }
     let mut earlier = Earlier::default();
     let may = memory.allowed();
     while !batch.is_empty() {
@@ -32,95 +34,81 @@ pub fn round<J: Judge>(
             break;
         }
         let known = JudgedMap { osm: &state.osm, left: &state.left };
-        let Some(mut attempt) = attempt(known, &may, &batch, (judge, &mut earlier))? else {
+        let Some(attempt) = attempt(known, &may, &batch, (judge, &mut earlier))? else {
             // None of them can be applied, although nothing else is changed.
             let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
             refuse(state, memory, all);
             break;
         };
-        let mut verdict = judged(state, memory, &attempt, is_first);
-        let apart = verdict.leads_apart(&attempt.done);
-        if apart && verdict.does_no_other_harm() && !verdict.is_clean() && !attempt.is_followed {
-            // What follows is known from this attempt.
-            lead(memory, &verdict, &mut attempt.done);
-            follow_all(known, &may, &mut attempt, judge)?;
-            verdict = judged(state, memory, &attempt, is_first);
+        let Verdict { suspected, refused, heavy } = judged(state, memory, &attempt);
+        if suspected.is_empty() && refused.is_empty() {
+            return Ok(keep(state, memory, attempt, waiting));
         }
-        if verdict.is_clean() {
-            return Ok(keep(state, memory, attempt, suspects));
-        }
-        is_first = false;
-        lead(memory, &verdict, &mut attempt.done);
-        earlier.last = Some(attempt.as_made.take().unwrap_or((attempt.osm, attempt.left)));
-        let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
-        for Divided { kept, put_off, harm } in verdict.divided {
-            let mend = |at: usize| Some(of_each.get(at)?.as_ref()?.mend.clone());
-            let mends = kept.iter().copied().filter_map(mend).collect();
-            for at in kept {
-                of_each.get_mut(at).and_then(Option::as_mut).into_iter().for_each(Proposal::leads_no_group);
-            }
-            suspects.push(Suspects { kept: mends, put_off: take(&mut of_each, put_off), harm });
-        }
-        if !apart {
-            // They wait until the others are decided. A group is tried as one again.
-            for one in take(&mut of_each, verdict.leading.iter().chain(&verdict.leading_together).copied()) {
-                memory.led.remove(&one.mend);
+        let Attempt { osm, left, done, as_made, .. } = attempt;
+        earlier.last = Some(as_made.unwrap_or((osm, left)));
+        let made: FxHashSet<&Mend> = done.iter().map(|one| &one.mend).collect();
+        batch.retain(|one| made.contains(&one.mend));
+        let of = |at: &usize| done.get(*at).cloned();
+        for Suspected { fixes, reason } in suspected {
+            match fixes[..] {
+                [only] => {
+                    if let Some(one) = of(&only) {
+                        refuse_with_twins(state, memory, one, &reason);
+                    }
+                }
+                _ => waiting.push(halved(fixes.iter().filter_map(of).collect(), reason, &mut batch)),
             }
         }
-        for (at, reason) in verdict.refused {
-            let is_heavy = verdict.heavy.contains(&at);
-            for one in take(&mut of_each, [at]) {
-                let refused = refuse_with_twins(state, memory, one, &reason);
-                memory.heavy.extend(refused.into_iter().filter(|_| is_heavy));
+        for (at, reason) in refused {
+            if let Some(one) = of(&at) {
+                let twins = refuse_with_twins(state, memory, one, &reason);
+                memory.heavy.extend(twins.into_iter().filter(|_| heavy.contains(&at)));
             }
         }
-        let unfollowed = |one: Proposal| Proposal { followers: Vec::new(), ..one };
-        let is_open = |one: &Proposal| !memory.tried.has(&one.mend);
-        batch = of_each.into_iter().flatten().filter(is_open).map(unfollowed).collect();
+        batch.retain(|one| !memory.tried.has(&one.mend));
     }
     Ok(FxHashMap::default())
 }
 
-/// The decision about each fix of a batch.
-fn judged(state: &Mended, memory: &Memory, attempt: &Attempt, is_first: bool) -> Verdict {
+/// Takes the likelier half of fixes that do harm together out of a batch: they wait for the other half.
+fn halved(mut fixes: Vec<Proposal>, reason: String, batch: &mut Vec<Proposal>) -> Waiting {
+    let waiting = fixes.split_off(fixes.len().div_ceil(2));
+    let out: FxHashSet<&Mend> = waiting.iter().map(|one| &one.mend).collect();
+    batch.retain(|one| !out.contains(&one.mend));
+    Waiting { tried: fixes.into_iter().map(|one| one.mend).collect(), fixes: waiting, reason }
+}
+
+/// The decision about the fixes of a batch, by position: nothing if all may be kept.
+struct Verdict {
+    suspected: Vec<Suspected>,
+    /// Those that are the cause of what they do, each with the reason.
+    refused: Vec<(usize, String)>,
+    /// Those of them that draw an area and do no harm but to bring more warnings than they mend.
+    heavy: Vec<usize>,
+}
+
+fn judged(state: &Mended, memory: &Memory, attempt: &Attempt) -> Verdict {
     let may = memory.allowed();
-    let mut verdict = harmful_fixes::verdict(&state.left, attempt, &may, is_first);
+    let mut suspected = harmful_fixes::suspected(&state.left, attempt);
+    if suspected.is_empty() {
+        suspected = routes::unasked(attempt);
+    }
+    let mut refused = Vec::new();
     if memory.leaves_unmarked {
-        verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, attempt, &may));
+        refused = harmful_fixes::worse_by_marking(&state.left, attempt, &may);
     }
-    verdict.refused.extend(routes::unasked(attempt));
-    if !memory.scope.warnings_too && verdict.is_clean() {
-        let heavy = more_warnings::of(&state.left, attempt, &may, memory.room);
+    let mut heavy = Vec::new();
+    if !memory.scope.warnings_too && suspected.is_empty() && refused.is_empty() {
+        refused = more_warnings::of(&state.left, attempt, &may, memory.room);
         let draws_area = |at: &usize| attempt.done.get(*at).is_some_and(Proposal::draws_area);
-        verdict.heavy = heavy.iter().map(|(at, _)| *at).filter(draws_area).collect();
-        verdict.refused.extend(heavy);
+        heavy = refused.iter().map(|(at, _)| *at).filter(draws_area).collect();
     }
-    verdict
-}
-
-/// Marks the fixes that are tried again together with those of the errors that they bring.
-fn lead(memory: &mut Memory, verdict: &Verdict, done: &mut [Proposal]) {
-    for &at in &verdict.leading {
-        if let Some(one) = done.get_mut(at) {
-            (one.leads, one.in_group) = (true, false);
-            memory.leading.insert(one.mend.clone());
-        }
-    }
-    for &at in &verdict.leading_together {
-        if let Some(one) = done.get_mut(at) {
-            (one.leads, one.in_group) = (true, true);
-            memory.led.insert(one.mend.clone());
-        }
-    }
-}
-
-fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize>) -> Vec<Proposal> {
-    places.into_iter().filter_map(|at| of_each.get_mut(at)?.take()).collect()
+    Verdict { suspected, refused, heavy }
 }
 
 /// Keeps the effects of a batch, and blames the fixes that are then the only possible cause of harm; returns the new ids of
 /// elements.
-fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec<Suspects>) -> FxHashMap<Key, i64> {
+fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, waiting: Vec<Waiting>) -> FxHashMap<Key, i64> {
     let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
     for one in attempt.done {
         memory.tried.made(&one);
@@ -132,23 +120,34 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
         state.done.extend(one.mends());
     }
     (state.osm, state.left) = (attempt.osm, attempt.left);
-    let open = suspects::open_edits(&state.left);
-    let to_blame: Vec<Suspects> = suspects.into_iter().filter(|group| group.are_to_blame(&made, &open)).collect();
+    let open = open_edits(&state.left);
+    // They would still make the same changes.
+    let is_open = |one: &Proposal| open.get(&one.mend).is_some_and(|edits| *edits == one.fix.edits);
+    let are_to_blame =
+        |group: &Waiting| group.tried.iter().all(|mend| made.contains(mend)) && group.fixes.iter().all(is_open);
+    let to_blame: Vec<Waiting> = waiting.into_iter().filter(are_to_blame).collect();
     for mut group in to_blame {
-        match (group.put_off.len(), group.put_off.pop()) {
-            (1, Some(only)) if group.harm.mendable && !only.leads => {
-                memory.leading.insert(only.mend);
-            }
+        match (group.fixes.len(), group.fixes.pop()) {
             (1, Some(only)) => {
-                refuse_with_twins(state, memory, only, &group.harm.reason);
+                refuse_with_twins(state, memory, only, &group.reason);
             }
             (_, last) => {
-                group.put_off.extend(last);
+                group.fixes.extend(last);
                 memory.to_blame.push(group);
             }
         }
     }
     attempt.renumbered
+}
+
+/// The edits that findings propose, by what they mend.
+fn open_edits(left: &[Diagnostic]) -> FxHashMap<Mend, &[Edit]> {
+    let edits = left.iter().filter_map(|found| {
+        let fix = found.finding.fix.as_ref()?;
+        let mend = Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() };
+        Some((mend, fix.edits.as_slice()))
+    });
+    edits.collect()
 }
 
 /// Refuses a fix, and those of other findings that would make the same change; returns all.

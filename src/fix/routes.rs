@@ -4,6 +4,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::fixes_by_place::ByPlace;
+use super::harmful_fixes::{Suspected, united};
 use super::proposal::{Attempt, Proposal};
 use super::route::{Change, Route};
 use crate::diagnostic::Edit;
@@ -29,10 +30,11 @@ pub fn may_change(one: &Proposal) -> bool {
 /// A lanelet that was cut leads on through so many pieces at most.
 const MOST_PIECES: usize = 4;
 
-/// The fixes that change a route that no finding of the batch is about, each with the reason. Of those that need review, this is so
-/// only where somebody can no longer drive on, not even through lanelets that are new or longer now.
-pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
-    let mut refused: FxHashMap<usize, String> = FxHashMap::default();
+/// The fixes that may have changed a route that no finding of the batch is about, in groups with the reason. Of those that need review,
+/// this is so only where somebody can no longer drive on, not even through lanelets that are new or longer now.
+pub fn unasked(attempt: &Attempt) -> Vec<Suspected> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut reasons: FxHashMap<usize, String> = FxHashMap::default();
     if attempt.routes.is_empty() {
         return Vec::new();
     }
@@ -54,17 +56,22 @@ pub fn unasked(attempt: &Attempt) -> Vec<(usize, String)> {
             continue;
         }
         let may_have = |at: &usize| one_of(at).is_some_and(may_change);
-        for at in touching.into_iter().filter(may_have) {
+        let group: Vec<usize> = touching.into_iter().filter(may_have).collect();
+        for &at in &group {
             let Route { who, how, from, to, .. } = route;
             let now = if *is_won { "now" } else { "no longer" };
             let reason =
                 || format!("it changes a route: for {who}, {how} from lanelet {} to {} is {now} there", from.0, to.0);
-            refused.entry(at).or_insert_with(reason);
+            reasons.entry(at).or_insert_with(reason);
         }
+        groups.push(group);
     }
-    let mut refused: Vec<(usize, String)> = refused.into_iter().collect();
-    refused.sort_unstable();
-    refused
+    groups.retain(|group| !group.is_empty());
+    let suspected = united(groups).into_iter().map(|fixes| {
+        let reason = fixes.first().and_then(|at| reasons.get(at)).cloned().unwrap_or_default();
+        Suspected { fixes, reason }
+    });
+    suspected.collect()
 }
 
 /// Who can no longer use which lanelet at all: it was merged into another, or closed.
