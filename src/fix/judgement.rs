@@ -198,7 +198,8 @@ impl<J: Judge> ChangeJudge<J> {
         if let Some((known, changed)) = least {
             for (number, reach) in REACHES_TRIED.into_iter().enumerate() {
                 let near = around([known.osm, osm], &changed, reach, |node| self.judge.place(node));
-                let near = near.filter(|near| self.missed_near(near) <= number);
+                let is_last = number + 1 == REACHES_TRIED.len();
+                let near = near.filter(|near| self.missed_near(near) <= usize::from(is_last));
                 let judged = near.map(|near| self.judged_in_part(known, osm, (&changed, reach.is_close), near));
                 if let Some(found) = judged.transpose()?.flatten() {
                     return Ok(found);
