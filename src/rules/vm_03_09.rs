@@ -34,11 +34,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
                 let mut starts: Vec<Finding> =
                     edge.lanes.iter().filter_map(|&lane| judge_start(map, params, lane)).collect();
                 if edge.lanes.iter().all(|&lane| is_free(map, intersection, arm, lane)) {
-                    // A line that lies there and that nobody obeys was drawn for them; the others' line is not theirs.
-                    let is_forgotten = |finding: &Finding| {
-                        finding.related.iter().any(|it| it.part == LINE_NEARBY && !obeyed.contains(&it.subject))
+                    // A line that lies there was drawn for them; on private ground the next junction is near, and may have drawn it.
+                    let is_of_others = |finding: &Finding| {
+                        is_within_private_ground(map, intersection)
+                            && finding.related.iter().any(|it| it.part == LINE_NEARBY && obeyed.contains(&it.subject))
                     };
-                    starts.retain(|finding| finding.fault != "no-stop-line" || is_forgotten(finding));
+                    let stays = |finding: &Finding| finding.fix.is_some() && !is_of_others(finding);
+                    starts.retain(|finding| finding.fault != "no-stop-line" || stays(finding));
                 }
                 findings.extend(one_for_the_entrance(map, starts));
             }
@@ -105,13 +107,16 @@ fn is_free(map: &MapIndex, intersection: &Intersection, arm: &Arm, lane: usize) 
         counts && !gives_way(other) && !is_met_inside(other)
     };
     let waits = || map.conflicts[lane].iter().any(|one| one.real && waits_for(one.other));
-    let is_within_private_ground = || {
-        let ends = |lane: usize| map.predecessors(lane).iter().chain(map.followers(lane));
-        intersection.members.iter().flat_map(|member| ends(member.lane)).all(is_private)
-    };
-    (!from_private(lane) || is_within_private_ground())
+    (!from_private(lane) || is_within_private_ground(map, intersection))
         && (of_driveway(lane) || !waits())
         && !["traffic_light", "traffic_sign"].into_iter().any(is_ruled)
+}
+
+/// Whether all roads of an intersection are private.
+fn is_within_private_ground(map: &MapIndex, intersection: &Intersection) -> bool {
+    let ends = |lane: usize| map.predecessors(lane).iter().chain(map.followers(lane));
+    let mut all = intersection.members.iter().flat_map(|member| ends(member.lane));
+    all.all(|&at| map.lanes[at].lanelet.attributes.is("location", "private"))
 }
 
 fn is_straight(map: &MapIndex, lane: usize) -> bool {

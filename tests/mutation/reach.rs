@@ -102,7 +102,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "no sample map has guide lines, shoulders or side strips; for bicycle lanes and walkways no mutation is written",
+        "no sample map has guide lines, shoulders or side strips; for bicycle lanes, walkways and private ground no mutation is written",
         &[
             "vm-03-15/lane-change",
             "vm-03-15/routable",
@@ -115,6 +115,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
             "vm-03-06/early-divergence",
             "vm-03-13/exit-no-turn",
             "vm-03-13/exit-not-private",
+            "vm-03-13/private-alone",
             "vm-03-13/walkway-missing",
             "vm-03-13/walkway-short",
             "vm-03-13/walkway-unreferenced",

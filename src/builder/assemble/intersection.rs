@@ -213,8 +213,7 @@ impl<'a> IntersectionAssembly<'a> {
         }
         for &way in &outline.covered {
             let message = format!(
-                "Intersection area {id} covers the island of way {way}: it lies wholly inside, and an area has no holes, or \
-                 ways run over it."
+                "Intersection area {id} covers the island of way {way}: lanes run over it, or the outline finds no way around it."
             );
             let finding = Finding::new("island-covered", Subject::Polygon(id.0), message).graded(Severity::Info);
             self.output.notes.push(finding.with(Subject::Way(way), "island"));
