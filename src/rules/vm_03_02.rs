@@ -223,24 +223,20 @@ fn judge_bounds(map: &MapIndex, moves: &RoutingMoves, lane: &Lane) -> Vec<Findin
 }
 
 /// Adds the edit that forbids lane changes over a bound. Where vehicles change lanes there now, it needs review; where that is the only way
-/// into a lane or out of it, or they change nowhere else between these lanes, there is none.
+/// into a lane or out of it, or they change between these lanes behind it no more, there is none.
 fn closed(map: &MapIndex, moves: &RoutingMoves, finding: Finding, lane: &Lane, way: LineStringId) -> Finding {
     let Some(at) = map.lane(lane.id) else { return finding };
     let over = moves.beside(at).into_iter().filter(|other| map.lanes[other.lane].bounds.contains(&way));
     let others: Vec<usize> = over.filter(|other| other.may_leave || other.may_enter).map(|other| other.lane).collect();
     let needs = |lane: usize| map.predecessors(lane).is_empty() || map.followers(lane).is_empty();
-    // Before or behind the intersection vehicles may change between the same lanes, too.
+    // Behind the intersection vehicles may change between the same lanes, too.
     let change = |a: usize, b: usize| {
         moves.beside(a).iter().any(|other| other.lane == b && (other.may_leave || other.may_enter))
     };
-    let change_between = |a: &[usize], b: &[usize]| a.iter().any(|&a| b.iter().any(|&b| change(a, b)));
-    let change_elsewhere = |other: usize| {
-        change_between(map.predecessors(at), map.predecessors(other))
-            || change_between(map.followers(at), map.followers(other))
-    };
+    let change_behind =
+        |other: usize| map.followers(at).iter().any(|&a| map.followers(other).iter().any(|&b| change(a, b)));
     let is_needed = !others.is_empty()
-        && (others.iter().chain([&at]).any(|&lane| needs(lane))
-            || !others.iter().all(|&other| change_elsewhere(other)));
+        && (others.iter().chain([&at]).any(|&lane| needs(lane)) || !others.iter().all(|&other| change_behind(other)));
     let finding = others
         .iter()
         .fold(finding, |finding, &other| finding.with(Subject::Lanelet(map.lanes[other].id.0), "lane beside"));
