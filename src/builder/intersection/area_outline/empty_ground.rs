@@ -20,7 +20,8 @@ const STRIP: f64 = 1.0;
 const LEAST: f64 = 15.0;
 /// A piece at most this far from the outline, metres, lies at its edge.
 const TOUCHES: f64 = 0.1;
-/// A piece at the edge reaches this far beyond itself, metres: boolean operations move corners by a hair, and a thread of ground would stay.
+/// A piece at the edge reaches this far beyond itself, metres: boolean operations move corners by a hair, and a thread of ground
+/// would stay.
 const BEYOND: f64 = 0.01;
 /// An island's kerb lies this much farther from the lanelets than the kerb at the edge, metres.
 const ASIDE: f64 = 0.3;
@@ -62,7 +63,8 @@ impl RoadGround {
     }
 }
 
-/// The empty ground of a simple ring, the largest piece first; not where a strip of a road beside its lanes ends at it: it would stand out.
+/// The empty ground of a simple ring, the largest piece first; not where a strip of a road beside its lanes ends at it: it would
+/// stand out.
 pub fn empty_ground(ring: &[Point], roads: &[RoadGround], paths: &[TurningLanelet]) -> Vec<EmptyGround> {
     if !has_empty_circle(ring, paths) {
         return Vec::new();
@@ -108,8 +110,8 @@ fn largest(pieces: &MultiPolygon) -> Option<Vec<Point>> {
     Some(ring)
 }
 
-/// Whether only lanelets between the same two arms, which are neighbours, lie between a place and the nearest point of the outline: a lane that turns off before
-/// the others leads around an island, but the middle of a crossing is no island.
+/// Whether only lanelets between the same two arms, which are neighbours, lie between a place and the nearest point of the outline: a
+/// lane that turns off before the others leads around an island, but the middle of a crossing is no island.
 fn is_one_movement_apart(place: Point, ring: &[Point], paths: &[TurningLanelet]) -> bool {
     let Some(outline) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { return false };
     let nearest = outline.project(place).point;
