@@ -24,15 +24,14 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
             of.difference(not).copied().collect()
         };
         let links = missing_links(map, ring);
-        let beside: BTreeSet<LaneletId> = links.iter().flat_map(|&at| ends_of(map, ring, at)).collect();
         findings.extend(links.iter().map(|&at| link_missing(map, ring, at)));
+        // One finding tells of a lanelet that is missing: the others are held against the element as it would be with it.
+        let mut whole = Ring::of(ring.element);
+        whole.inner.extend(links.iter().map(|&at| map.lanes[at].id));
         let [entries, exits] = [only(&ring.entries, &ring.exits), only(&ring.exits, &ring.entries)];
-        // One finding tells of the lanelet that is missing between some.
-        let told = |id: &LaneletId| !beside.contains(id);
-        findings.extend(entries.into_iter().filter(told).filter_map(|id| apart(map, ring, id, "entry", [false, true])));
-        findings.extend(exits.into_iter().filter(told).filter_map(|id| apart(map, ring, id, "exit", [true, false])));
-        let inner = ring.inner.iter().copied().filter(told);
-        findings.extend(inner.filter_map(|id| apart(map, ring, id, "internal", [true, true])));
+        findings.extend(entries.into_iter().filter_map(|id| apart(map, &whole, id, "entry", [false, true])));
+        findings.extend(exits.into_iter().filter_map(|id| apart(map, &whole, id, "exit", [true, false])));
+        findings.extend(ring.inner.iter().filter_map(|&id| apart(map, &whole, id, "internal", [true, true])));
     }
     for lanelet in &map.map.lanelets {
         let about = Subject::Lanelet(lanelet.id.0);

@@ -29,8 +29,8 @@ pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Link
 /// the first lane on it.
 fn ring(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     // A lane without length is told of as that.
-    let is_none = |at: usize| map.lanes[at].length() < params.least_length;
-    if !map.lanes[at].vehicle || is_none(at) {
+    let has_length = map.lanes[at].length() >= params.least_length;
+    if !map.lanes[at].vehicle || !has_length {
         return None;
     }
     let mut open = vec![(map.lanes[at].length(), vec![at])];

@@ -1,7 +1,7 @@
 //! Islands that reach into the outline of an intersection from its edge are subtracted from it.
 //!
-//! An outline is one ring, which can have no hole: an island wholly inside gets a kerb around it. No lanelet of the intersection may leave its area: an island stays where
-//! lanelets run over more of it than their widths may be wrong.
+//! An outline is one ring, which can have no hole: an island wholly inside gets a kerb around it. No lanelet of the intersection may
+//! leave its area: an island stays where lanelets run over more of it than their widths may be wrong.
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
