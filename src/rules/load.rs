@@ -10,8 +10,9 @@ use crate::lanelet::{
     SUPPORTED_FORMAT_VERSION, known_subtypes,
 };
 
+use super::disordered_bound::with_points_in_order;
 use super::lost_members::LostMembers;
-use super::{NoParams, cut_bound};
+use super::{NoParams, bound_count};
 use crate::lanelet::placed::aligned_once;
 use crate::parallel::InSmallParts;
 use crate::text::{counted, misspelt};
@@ -27,7 +28,8 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let mut finding = finding(map, fault)?.standing_at(fault.span.clone());
         finding.fix = finding.fix.filter(|_| !shared.contains(&fault.subject));
         let is_empty = matches!(fault.condition, Condition::WithoutMembers { .. });
-        let may_be_found = is_empty || matches!(fault.condition, Condition::MemberCount { .. });
+        let may_be_found =
+            is_empty || matches!(fault.condition, Condition::MemberCount { .. } | Condition::SignWithoutType { .. });
         let finding = if may_be_found { lost.found_again(finding) } else { finding };
         if !is_empty || finding.fix.is_some() || shared.contains(&fault.subject) {
             return Some(finding);
@@ -146,19 +148,7 @@ fn bounds(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     let found = |slug, message: String| Finding::new(slug, subject, message);
     Some(match &fault.condition {
         Condition::BoundCount { role, count, ways, meant } => {
-            let finding = bound_count(subject, *role, *count, ways);
-            if let Some(joined) = cut_bound::joined(map, &finding, *role, ways) {
-                return Some(joined);
-            }
-            let Some(way) = meant else { return Some(finding) };
-            let (on, role_of) = (subject, || role.as_str().into());
-            if ways.contains(way) {
-                let others = ways.iter().filter(|other| *other != way).map(|&other| Subject::LineString(other));
-                let edits = others.map(|member| Edit::RemoveMember { on, role: role_of(), member }).collect();
-                return Some(finding.fixed_by(format!("leave way {way} alone, the only one that fits"), false, edits));
-            }
-            let edits = vec![Edit::AddMember { on, role: role_of(), member: Subject::LineString(*way) }];
-            finding.fixed_by(format!("add way {way} as {role} bound, the only one that fits"), false, edits)
+            bound_count::finding(map, subject, *role, *count, ways, *meant)
         }
         Condition::BoundIsPolygon { role, way } => {
             let message = format!("{} {way} of {subject} has area=yes and loads as a polygon.", bound(*role));
@@ -287,7 +277,8 @@ fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, boo
         .with(Subject::LineString(right.0), "right");
     let line = map.map.linestrings.get(LineStringId(turned)).map(|line| &line.points);
     let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
-    finding.at(Place::Line(points.map(|point| point.position).collect()))
+    let finding = finding.at(Place::Line(points.map(|point| point.position).collect()));
+    with_points_in_order(map, finding, LineStringId(turned))
 }
 
 /// Lanelets of which Lanelet2 turns a bound around because of the heights alone: it measures in space which piece of a bound lies nearest
@@ -338,19 +329,6 @@ fn bound(role: BoundRole) -> &'static str {
         BoundRole::Right => "Right bound",
         BoundRole::Centerline => "Centre line",
     }
-}
-
-fn bound_count(subject: Subject, role: BoundRole, count: usize, ways: &[i64]) -> Finding {
-    let needed = match role {
-        BoundRole::Centerline => "one at most is allowed",
-        _ => "exactly one is required",
-    };
-    let message = match role {
-        BoundRole::Centerline => format!("{} has {count} centre lines; {needed}.", name(subject)),
-        _ => format!("{} has {count} {role} bounds; {needed}.", name(subject)),
-    };
-    let finding = Finding::new("bound-count", subject, message);
-    ways.iter().fold(finding, |finding, &way| finding.with(Subject::Way(way), role.as_str()))
 }
 
 /// Adds the fix that removes a dangling member, where the element loaded without it.

@@ -1,4 +1,5 @@
-//! Lights and markings that do not load because they refer to nothing, and the fix that gives them what their lanelets obey.
+//! Lights and markings that do not load because they refer to nothing, and the fix that gives them what their lanelets obey; speed
+//! limits without a sign, which their lanelets do not need.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +17,7 @@ struct Lost {
     lanelets: Vec<LaneletId>,
 }
 
-/// The elements of a map that refer to no light or to no marking.
+/// The elements of a map that refer to no light, to no marking or to no sign.
 pub struct LostMembers<'i, 'm> {
     map: &'i MapIndex<'m>,
     elements: BTreeMap<i64, Lost>,
@@ -30,10 +31,11 @@ impl<'i, 'm> LostMembers<'i, 'm> {
             let subtype = match &fault.condition {
                 Condition::MemberCount { subtype, limit, count: 0 } if limit.role == "refers" => subtype,
                 Condition::WithoutMembers { subtype } => subtype,
+                Condition::SignWithoutType { subtype, sign: None } => subtype,
                 _ => continue,
             };
             if let Subject::RegulatoryElement(id) = fault.subject
-                && ["traffic_light", "road_marking"].contains(&subtype.as_str())
+                && ["traffic_light", "road_marking", "speed_limit"].contains(&subtype.as_str())
             {
                 elements.insert(id, Lost { subtype: subtype.to_string(), lanelets: Vec::new() });
             }
@@ -58,6 +60,9 @@ impl<'i, 'm> LostMembers<'i, 'm> {
     pub fn found_again(&self, finding: Finding) -> Finding {
         let Subject::RegulatoryElement(id) = finding.subject else { return finding };
         let Some(lost) = self.elements.get(&id).filter(|_| finding.fix.is_none()) else { return finding };
+        if lost.subtype == "speed_limit" {
+            return self.without_limit(finding, lost);
+        }
         let lanes: Vec<usize> = lost.lanelets.iter().filter_map(|&id| self.map.lane(id)).collect();
         let Some(line) = line_of_lanes(self.map, &lanes) else { return finding };
         let finding = finding.with(Subject::LineString(line.0), "stop line of its lanelets");
@@ -68,6 +73,20 @@ impl<'i, 'm> LostMembers<'i, 'm> {
             }
             _ => self.with_lights_beside(finding, line, &lanes),
         }
+    }
+
+    /// Adds the edit that removes a speed limit of which all lanelets say one themselves: the element does not load, so that no vehicle
+    /// has ever kept to it.
+    fn without_limit(&self, finding: Finding, lost: &Lost) -> Finding {
+        let says_one = |id: &LaneletId| {
+            let lanelet = self.map.map.lanelets.get(*id);
+            lanelet.is_some_and(|lanelet| lanelet.attributes.has("speed_limit"))
+        };
+        if lost.lanelets.is_empty() || !lost.lanelets.iter().all(says_one) {
+            return finding;
+        }
+        let edits = vec![Edit::Remove { subject: finding.subject }];
+        finding.fixed_by("remove the element: its lanelets have speed limits of their own", false, edits)
     }
 
     /// Adds the edits that let an element refer to the lights of its stop line, or of the lanes that start beside its own.

@@ -6,6 +6,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex, tangent};
+use crate::rules::disordered_bound::with_points_in_order;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,6 +174,10 @@ fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec
             _ => finding(format!("{:.0} m", center.project(place).station)),
         };
         let finding = finding.measured(bend, params.kink[0], "deg").at(Place::Point(place)).graded(severity);
+        let finding = match way {
+            Some(way) => with_points_in_order(map, finding, way),
+            None => finding,
+        };
         Some(Bend { finding, place, short: format!("{} {bend:.0} deg", name.to_lowercase()) })
     });
     findings.collect()

@@ -8,6 +8,7 @@ use crate::geometry::simple_ring::RingFault;
 use crate::geometry::{Point, Polyline, simple_ring};
 use crate::lanelet::index::{Edge, Lane, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
+use crate::rules::disordered_bound::{fold, with_points_in_order};
 
 use super::params::{Params, subject};
 
@@ -20,7 +21,7 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lane = &map.lanes[at];
         match lane.length() < params.short_length {
             true => findings.push(too_short(map, params, at)),
-            false => findings.extend(crossing(map, at)),
+            false => findings.extend(crossing(map, at).or_else(|| running_back(map, at))),
         }
         findings.extend(apart(map, at));
         findings.extend(tilted(map, params, at));
@@ -69,7 +70,20 @@ fn crossing(map: &MapIndex, at: usize) -> Option<Finding> {
     };
     let finding = Finding::new("self-crossing", subject(map, at), message).at(Place::Point(place));
     let [left, right] = lane.bounds;
-    Some(finding.with(Subject::LineString(left.0), "left").with(Subject::LineString(right.0), "right"))
+    let finding = finding.with(Subject::LineString(left.0), "left").with(Subject::LineString(right.0), "right");
+    Some(match sides {
+        [Some(one), Some(other)] if one == other => with_points_in_order(map, finding, one),
+        _ => finding,
+    })
+}
+
+/// A lanelet with a bound that runs back over itself so exactly that it does not cross itself.
+fn running_back(map: &MapIndex, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    let (bound, place) = lane.bounds.into_iter().find_map(|bound| Some((bound, fold(map, bound)?)))?;
+    let message = format!("Bound {bound} of lanelet {} runs back over itself.", lane.id);
+    let finding = Finding::new("self-crossing", subject(map, at), message).with(Subject::LineString(bound.0), "bound");
+    Some(with_points_in_order(map, finding.at(Place::Point(place)), bound))
 }
 
 /// A lanelet of which one bound begins behind the end of the other: the bounds of two lanes in a row.
