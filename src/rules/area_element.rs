@@ -5,14 +5,15 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::index::extent;
-use crate::lanelet::index::view::View;
+use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{PolygonId, RegulatoryElement};
 use crate::text::counted;
 
-/// Judges polygons and elements of one kind: the type of the ones is the subtype of the others.
-pub fn judge(view: &View, kind: &str) -> Vec<Finding> {
+/// Judges polygons and elements of one kind: the type of the ones is the subtype of the others. Lanelets of these subtypes may refer to
+/// them.
+pub fn judge(view: &View, kind: &str, referrers: &[&str]) -> Vec<Finding> {
     let mut findings = unreferenced(view, kind);
-    findings.extend(view.elements(kind).filter_map(|element| chain(view, kind, element)));
+    findings.extend(view.elements(kind).filter_map(|element| chain(view, kind, element, referrers)));
     findings
 }
 
@@ -47,12 +48,13 @@ fn roads_under(view: &View, ring: &[Point]) -> Vec<usize> {
 }
 
 /// The first thing that is wrong with an element.
-fn chain(view: &View, kind: &str, element: &RegulatoryElement) -> Option<Finding> {
+fn chain(view: &View, kind: &str, element: &RegulatoryElement, may_refer: &[&str]) -> Option<Finding> {
     let (id, subject) = (element.id, Subject::RegulatoryElement(element.id.0));
     let finding = |fault, message| Some(Finding::new(fault, subject, message));
     let polygons: Vec<PolygonId> = element.polygons("refers").collect();
     let [polygon] = polygons[..] else {
-        return finding("number", format!("{kind} element {id} refers to {} polygons.", polygons.len()));
+        let finding = finding("number", format!("{kind} element {id} refers to {} polygons.", polygons.len()))?;
+        return Some(one_for_each_polygon(view, finding, element, &polygons));
     };
     if !view.map.polygons.get(polygon).is_some_and(|polygon| polygon.attributes.is("type", kind)) {
         let finding = finding("type", format!("Polygon {polygon} of {kind} element {id} is no {kind}."))?;
@@ -66,9 +68,31 @@ fn chain(view: &View, kind: &str, element: &RegulatoryElement) -> Option<Finding
     if referrers.is_empty() {
         return finding("idle", format!("No lanelet refers to {kind} element {id}."));
     }
-    let other = referrers.iter().map(|&at| &view.lanelets[at]).find(|seen| !seen.is("road"))?;
+    let may_not = |seen: &&Seen| !may_refer.iter().any(|kind| seen.is(kind));
+    let other = referrers.iter().map(|&at| &view.lanelets[at]).find(may_not)?;
     let finding = finding("referrer", format!("Lanelet {}, which is no road, refers to {kind} {id}.", other.id()))?;
     Some(finding.with(Subject::Lanelet(other.id().0), "lanelet"))
+}
+
+/// Adds the fix that lets an element keep its first polygon and gives each other one an element of its own, to which the same lanelets
+/// refer: together they say what the one did. Not where the element says more than that.
+fn one_for_each_polygon(view: &View, finding: Finding, element: &RegulatoryElement, polygons: &[PolygonId]) -> Finding {
+    let Some((_, others)) = polygons.split_first() else { return finding };
+    let lanelets: Vec<i64> = view.referrers(element.id).iter().map(|&at| view.lanelets[at].id().0).collect();
+    if lanelets.is_empty() || element.members.len() > polygons.len() {
+        return finding;
+    }
+    let (on, subtype) = (finding.subject, &element.subtype);
+    let edits = others.iter().flat_map(|polygon| {
+        let member = Subject::Polygon(polygon.0);
+        let members = vec![("refers".into(), member)];
+        [
+            Edit::RemoveMember { on, role: "refers".into(), member },
+            Edit::CreateRegulatoryElement { subtype: subtype.clone(), members, referrers: lanelets.clone() },
+        ]
+    });
+    let edits = edits.collect();
+    finding.fixed_by(format!("create {subtype} elements for all polygons but the first"), true, edits)
 }
 
 /// A lane on which less of an area lies (m2) is beside it: borders are drawn by hand.

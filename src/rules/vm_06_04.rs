@@ -6,5 +6,5 @@ use crate::lanelet::index::MapIndex;
 use super::{NoParams, area_element};
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-    area_element::judge(map.view(), "no_stopping_area")
+    area_element::judge(map.view(), "no_stopping_area", &["road"])
 }
