@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::index::view::View;
+use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LineString, RegulatoryElement};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -36,7 +36,11 @@ fn judge(view: &View, params: &Params, element: &RegulatoryElement) -> Vec<Findi
         findings.extend(others.iter().filter(|seen| seen.is("road")).map(|road| {
             let message =
                 format!("Road lanelet {} refers to {id}, which has lights for people on foot only.", road.id());
-            Finding::new("vehicles", subject, message).with(Subject::Lanelet(road.id().0), "lanelet")
+            let finding = Finding::new("vehicles", subject, message).with(Subject::Lanelet(road.id().0), "lanelet");
+            match crosswalks.is_empty() {
+                true => for_vehicles(view, finding, element, &lights),
+                false => forgotten_by(view, finding, element, road),
+            }
         }));
     }
     let Some(first) = crosswalks.first() else { return findings };
@@ -80,4 +84,41 @@ fn from_ring(ring: &[Point], p: Point) -> f64 {
         return 0.0;
     }
     Polyline::new(ring.iter().chain(ring.first()).copied()).map_or(f64::INFINITY, |line| line.distance(p))
+}
+
+/// Adds the fix that makes lights for vehicles of those with a stop line to which no crosswalk refers.
+fn for_vehicles(view: &View, finding: Finding, element: &RegulatoryElement, lights: &[&LineString]) -> Finding {
+    let stops = view.lines(element, "ref_line").next().is_some();
+    let is_of_crosswalk = |light: &&LineString| {
+        let with_light =
+            view.elements("traffic_light").filter(|other| other.linestrings("refers").any(|id| id == light.id));
+        let mut referrers = with_light.flat_map(|other| view.referrers(other.id)).map(|&at| &view.lanelets[at]);
+        referrers.any(|seen| seen.is("crosswalk"))
+    };
+    if !stops || lights.iter().any(is_of_crosswalk) {
+        return finding;
+    }
+    let kind = |light: &&LineString| Edit::SetTag {
+        on: Subject::LineString(light.id.0),
+        key: "subtype".into(),
+        value: VEHICLES.into(),
+    };
+    finding.fixed_by(format!("set subtype={VEHICLES} on its lights"), false, lights.iter().map(kind).collect())
+}
+
+/// Adds the fix that takes the reference to the lights of a crosswalk from a lane that has lights of its own.
+fn forgotten_by(view: &View, finding: Finding, element: &RegulatoryElement, road: &Seen) -> Finding {
+    let own = view.elements("traffic_light").filter(|other| other.id != element.id);
+    let has_own = own.into_iter().any(|other| {
+        let for_vehicles = view
+            .lines(other, "refers")
+            .any(|line| line.attributes.is("type", "traffic_light") && !line.attributes.is("subtype", ON_FOOT));
+        for_vehicles && view.referrers(other.id).iter().any(|&at| view.lanelets[at].id() == road.id())
+    });
+    if !has_own {
+        return finding;
+    }
+    let (on, member) = (Subject::Lanelet(road.id().0), finding.subject);
+    let edits = vec![Edit::RemoveMember { on, role: "regulatory_element".into(), member }];
+    finding.fixed_by(format!("let lanelet {} not refer to it", road.id()), false, edits)
 }
