@@ -40,9 +40,10 @@ pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
             continue;
         }
         let crosses = |id| crosses_a_road(map, id);
-        let is_path = fault == "follower" && kind == "walkway" && next.tag("subtype") == Some("walkway");
-        // Beside all roads the pieces of a path are no crossings, and nobody stops before them.
-        let finding = match is_path && !crosses(id) && !crosses(next.id()) {
+        let for_people = |kind: &str| ["crosswalk", "walkway"].contains(&kind);
+        let is_path = fault == "follower" && for_people(next.tag("subtype").unwrap_or_default());
+        // Only a crossing in pieces is one that vehicles stop for in the middle: a path up to it, or on from it, is none.
+        let finding = match is_path && !(crosses(id) && crosses(next.id())) {
             true => finding.graded(Severity::Warning),
             false => finding,
         };

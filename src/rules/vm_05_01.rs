@@ -4,7 +4,7 @@ use geo::Intersects;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use crate::diagnostic::{Edit, Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
@@ -49,7 +49,8 @@ fn unreferenced(map: &MapIndex, crosswalk: &Seen) -> Finding {
         Finding::new("unreferenced", Subject::Lanelet(id.0), message)
     };
     let Some(element) = crosswalk_element::creation(map, crosswalk) else {
-        return finding(", and crosses no road lanelet");
+        // No vehicle can meet anybody on it.
+        return finding(", and crosses no road lanelet").graded(Severity::Warning);
     };
     let finding = finding("");
     let edits = walking_allowed(map, id).into_iter().chain(element.edits).collect();

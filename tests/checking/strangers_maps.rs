@@ -322,3 +322,31 @@ fn a_path_in_pieces_beside_all_roads_is_a_warning() {
         found.iter().filter(|one| one.code == "vm-01-21/follower").map(|one| one.severity).collect();
     assert!(!of_path.is_empty() && of_path.iter().all(|one| *one == Severity::Warning), "{found:?}");
 }
+
+/// The severities of what is said of pieces of a path from x to x that lead over a road from x = 21 to 29, each with its subtype.
+fn said_of_pieces(pieces: &[(&str, [f64; 2])]) -> Vec<Severity> {
+    let mut sheet = Sheet::default();
+    let mut edge = sheet.nodes([[pieces[0].1[0], 0.0], [pieces[0].1[0], 2.0]]);
+    for (subtype, [_, end]) in pieces {
+        let next = sheet.nodes([[*end, 0.0], [*end, 2.0]]);
+        let [right, left] = [0, 1].map(|row| sheet.way(&[edge[row], next[row]], "type=virtual"));
+        sheet.lanelet([left, right], &format!("subtype={subtype} location=urban participant:pedestrian=yes"));
+        edge = next;
+    }
+    let bounds = [21.0, 29.0].map(|x| {
+        let nodes = sheet.nodes([[x, -20.0], [x, 20.0]]);
+        sheet.way(&nodes, "type=road_border")
+    });
+    sheet.lanelet(bounds, "subtype=road location=urban one_way=yes speed_limit=40");
+    let found = found(&sheet.drawing.data());
+    found.iter().filter(|one| one.code == "vm-01-21/follower").map(|one| one.severity).collect()
+}
+
+/// Vehicles stop before one crossing; whether a path leads up to it is nothing to them.
+#[test]
+fn a_crossing_with_a_path_up_to_it_is_a_warning_and_one_in_pieces_an_error() {
+    let whole = said_of_pieces(&[("walkway", [0.0, 20.0]), ("crosswalk", [20.0, 30.0]), ("walkway", [30.0, 50.0])]);
+    assert!(!whole.is_empty() && whole.iter().all(|one| *one == Severity::Warning), "{whole:?}");
+    let halved = said_of_pieces(&[("crosswalk", [20.0, 25.0]), ("crosswalk", [25.0, 30.0])]);
+    assert!(halved.contains(&Severity::Error), "{halved:?}");
+}
