@@ -42,6 +42,8 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
             let finding = Finding::new("turn-invalid", subject, message);
             findings.push(match map.lane(lanelet.id) {
                 Some(lane) => worded(map, params, lane, value, finding),
+                // Of a lanelet that is not judged: a tag that says nothing says nothing there, too.
+                None if value.trim().is_empty() => without_label(finding, true),
                 None => finding,
             });
         }
@@ -76,9 +78,13 @@ fn worded(map: &MapIndex, params: &Params, at: usize, value: &str, finding: Find
     if is_inside {
         return relabelled(map, params, at, finding);
     }
-    let on = Subject::Lanelet(map.lanes[at].id.0);
-    let edits = vec![Edit::RemoveTag { on, key: "turn_direction".into() }];
-    finding.fixed_by("remove the tag turn_direction", is_empty, edits)
+    without_label(finding, is_empty)
+}
+
+/// Adds the fix that takes the label from a lanelet.
+fn without_label(finding: Finding, is_safe: bool) -> Finding {
+    let edits = vec![Edit::RemoveTag { on: finding.subject, key: "turn_direction".into() }];
+    finding.fixed_by("remove the tag turn_direction", is_safe, edits)
 }
 
 fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
