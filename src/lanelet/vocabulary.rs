@@ -132,6 +132,13 @@ pub fn lanelet_subtypes() -> impl Iterator<Item = &'static str> {
         .map(String::as_str)
 }
 
+/// The subtypes that a line of some type may have.
+pub fn subtypes(kind: &str) -> impl Iterator<Item = &'static str> {
+    let lists = words().into_iter().flat_map(|words| words.lists(On::LineString));
+    let own = lists.filter(move |list| list.names.iter().any(|name| name == kind));
+    own.flat_map(|list| list.subtypes.iter().flatten()).map(String::as_str)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -22,6 +22,7 @@ mod ids;
 mod landmark;
 mod lane_kinds;
 mod lanelet_pieces;
+mod light_places;
 mod load;
 mod lost_members;
 mod map_border;

@@ -9,6 +9,7 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::number::leading_integer;
+use crate::lanelet::vocabulary::{On, slip, subtypes};
 use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
@@ -38,8 +39,49 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let unnamed: Vec<LineStringId> = bodies.filter(|line| !used.contains(&line.id)).map(|line| line.id).collect();
     let mut findings = unreferenced(map, &unnamed);
     findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, view, light, params)));
+    findings.extend(of_no_kind(view));
     findings
 }
+
+/// The subtype of lights with which Autoware's detection does as with none: it does not look for them.
+const PASSED_OVER: &str = "solid";
+
+/// Lights that roads alone obey and that do not say which lamps they have.
+fn of_no_kind(view: &View) -> Vec<Finding> {
+    let known = subtypes("traffic_light").filter(|kind| *kind != PASSED_OVER);
+    let known: FxHashSet<&str> = known.collect();
+    let mut told = FxHashSet::default();
+    let mut findings = Vec::new();
+    for element in view.elements("traffic_light") {
+        let referrers: Vec<_> = view.referrers(element.id).iter().map(|&at| &view.lanelets[at]).collect();
+        if referrers.is_empty() || !referrers.iter().all(|seen| seen.is("road")) {
+            continue;
+        }
+        for body in view.lines(element, "refers").filter(|line| line.attributes.is("type", "traffic_light")) {
+            let kind = body.attributes.get("subtype");
+            let is_slip = |kind| slip(On::LineString, &body.attributes, "subtype", kind).is_some();
+            if kind.is_some_and(|kind| known.contains(kind) || is_slip(kind)) || !told.insert(body.id) {
+                continue;
+            }
+            let id = body.id;
+            let message = match kind {
+                None => format!("Traffic light {id} has no subtype: Autoware's camera does not look for it."),
+                Some(PASSED_OVER) => {
+                    format!("Traffic light {id} has subtype {PASSED_OVER}: Autoware's camera does not look for it.")
+                }
+                Some(kind) => format!("Traffic light {id} has subtype \"{kind}\", which says no kind of light."),
+            };
+            let on = Subject::LineString(id.0);
+            let edits = vec![Edit::SetTag { on, key: "subtype".into(), value: FOR_VEHICLES.into() }];
+            let finding = Finding::new("kind", on, message).with(Subject::RegulatoryElement(element.id.0), "element");
+            findings.push(finding.fixed_by(format!("set subtype={FOR_VEHICLES}"), false, edits));
+        }
+    }
+    findings
+}
+
+/// The subtype of a light for vehicles.
+const FOR_VEHICLES: &str = "red_yellow_green";
 
 /// Lights that no element names.
 fn unreferenced(map: &MapIndex, lights: &[LineStringId]) -> Vec<Finding> {

@@ -6,12 +6,13 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::geometry::{Point, Vector, polygon, polyline};
+use crate::geometry::Vector;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Spot, spot};
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 use super::exchanged_lights::{Exchange, FRONT, edge_at, exchanges};
+use super::light_places::{below_road, far_from_stop_line, is_near};
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;
@@ -25,6 +26,9 @@ pub struct Params {
     min_height: f64,
     max_height: f64,
     off_road: f64,
+    below_road: f64,
+    aside: f64,
+    ahead: f64,
 }
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
@@ -36,7 +40,13 @@ pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings: Vec<Finding> = lights.clone().filter_map(|line| height(line, params, (usual, reason))).collect();
     let approaches = approaches(map);
     let outlines: Vec<Finding> = lights.clone().filter_map(|line| outline(map, line, &approaches)).collect();
-    findings.extend(lights.filter_map(|line| off_road(map, line, params.off_road)));
+    let below = |line| below_road(map, line, params.off_road, params.below_road);
+    findings.extend(lights.clone().filter_map(below));
+    let off_road: Vec<Finding> = lights.filter_map(|line| off_road(map, line, params.off_road)).collect();
+    let reach = [params.aside, params.ahead];
+    let far = map.view().elements("traffic_light").flat_map(|light| far_from_stop_line(map, light, reach));
+    findings.extend(far.filter(|far| !off_road.iter().any(|other| other.subject == far.subject)));
+    findings.extend(off_road);
     let exchanges = exchanges(map);
     findings.extend(exchanges.iter().map(Exchange::finding));
     // Of these it is told already, or cannot be told, which way they hang.
@@ -124,11 +134,7 @@ fn off_road(map: &MapIndex, light: &LineString, most: f64) -> Option<Finding> {
     let view = map.view();
     let places = view.places(light);
     let middle = nalgebra::center(places.first()?, places.last()?);
-    let is_near = |at: usize| {
-        let outline = &map.lanes[at].outline;
-        let edge: Vec<Point> = outline.iter().chain(outline.first()).copied().collect();
-        polyline::reaches(&edge, middle, most, &mut 0) || polygon::contains(outline, middle)
-    };
+    let is_near = |at: usize| is_near(map, at, middle, most);
     let around = |reach: f64| {
         let reach = Vector::repeat(reach);
         map.lanes_near(middle - reach, middle + reach).into_iter().filter(|&at| map.lanes[at].vehicle)

@@ -31,6 +31,10 @@ const UNRAISED: &[(&str, &[&str])] = &[
         &["vm-01-10/backwards", "vm-01-10/mirrored", "vm-01-20/foreign-word", "vm-03-02/turn-forgotten"],
     ),
     ("of bends that the sample maps do not have", &["load/align-heights"]),
+    (
+        "of a light that stands where none can be, or says nothing of its kind: no mutation is written",
+        &["vm-04-01/kind", "vm-04-02/below-road", "vm-04-02/far"],
+    ),
     ("of the text, before it is a map", &["load/passed-over", "parts/blank-start"]),
     (
         "told as a near miss or as a lane without length wherever a sample map can have it",
