@@ -132,6 +132,9 @@ pub fn lanelet_subtypes() -> impl Iterator<Item = &'static str> {
         .map(String::as_str)
 }
 
+/// The subtype of a light with three lamps, as vehicles obey it.
+pub const THREE_LAMPS: &str = "red_yellow_green";
+
 /// The subtypes that a line of some type may have.
 pub fn subtypes(kind: &str) -> impl Iterator<Item = &'static str> {
     let lists = words().into_iter().flat_map(|words| words.lists(On::LineString));

@@ -10,6 +10,7 @@ use crate::geometry::{Point, Polyline, Vector, segment_crossing};
 use crate::lanelet::Point as PlacedPoint;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, spot};
+use crate::lanelet::vocabulary::THREE_LAMPS;
 use crate::lanelet::{LaneletId, LineStringId, Member, RegulatoryElement, RegulatoryElementId, Target};
 
 use super::stop_line_crossings::lanes_that_stop;
@@ -123,7 +124,7 @@ impl<'m> Light<'m> {
             Some(spot(b) - spot(a))
         };
         let edge = seen.clone().find_map(|seen| edge_of_line(map, seen, ends)).or_else(starts)?.xy();
-        let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+        let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", THREE_LAMPS));
         let bodies = bodies.filter_map(|body| {
             let points = view.points(body);
             let [a, b] = [flat(spot(points.first()?)), flat(spot(points.last()?))];

@@ -9,7 +9,7 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::number::leading_integer;
-use crate::lanelet::vocabulary::{On, slip, subtypes};
+use crate::lanelet::vocabulary::{On, THREE_LAMPS, slip, subtypes};
 use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
@@ -48,8 +48,7 @@ const PASSED_OVER: &str = "solid";
 
 /// Lights that roads alone obey and that do not say which lamps they have.
 fn of_no_kind(view: &View) -> Vec<Finding> {
-    let known = subtypes("traffic_light").filter(|kind| *kind != PASSED_OVER);
-    let known: FxHashSet<&str> = known.collect();
+    let known: FxHashSet<&str> = subtypes("traffic_light").filter(|kind| *kind != PASSED_OVER).collect();
     let mut told = FxHashSet::default();
     let mut findings = Vec::new();
     for element in view.elements("traffic_light") {
@@ -69,19 +68,16 @@ fn of_no_kind(view: &View) -> Vec<Finding> {
                 Some(PASSED_OVER) => {
                     format!("Traffic light {id} has subtype {PASSED_OVER}: Autoware's camera does not look for it.")
                 }
-                Some(kind) => format!("Traffic light {id} has subtype \"{kind}\", which says no kind of light."),
+                Some(kind) => format!("Traffic light {id} has subtype \"{kind}\", which names no kind of light."),
             };
             let on = Subject::LineString(id.0);
-            let edits = vec![Edit::SetTag { on, key: "subtype".into(), value: FOR_VEHICLES.into() }];
+            let edits = vec![Edit::SetTag { on, key: "subtype".into(), value: THREE_LAMPS.into() }];
             let finding = Finding::new("kind", on, message).with(Subject::RegulatoryElement(element.id.0), "element");
-            findings.push(finding.fixed_by(format!("set subtype={FOR_VEHICLES}"), false, edits));
+            findings.push(finding.fixed_by(format!("set subtype={THREE_LAMPS}"), false, edits));
         }
     }
     findings
 }
-
-/// The subtype of a light for vehicles.
-const FOR_VEHICLES: &str = "red_yellow_green";
 
 /// Lights that no element names.
 fn unreferenced(map: &MapIndex, lights: &[LineStringId]) -> Vec<Finding> {

@@ -9,6 +9,7 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::Vector;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Spot, spot};
+use crate::lanelet::vocabulary::THREE_LAMPS;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 use super::exchanged_lights::{Exchange, FRONT, edge_at, exchanges};
@@ -128,7 +129,7 @@ fn height(line: &LineString, params: &Params, (usual, reason): (f64, &str)) -> O
 /// A light for vehicles that stands farther than this, metres, from every lanelet that they may drive on, though one that obeys it lies
 /// in the same part of the map.
 fn off_road(map: &MapIndex, light: &LineString, most: f64) -> Option<Finding> {
-    if !light.attributes.is("subtype", "red_yellow_green") {
+    if !light.attributes.is("subtype", THREE_LAMPS) {
         return None;
     }
     let view = map.view();
@@ -184,7 +185,7 @@ fn approaches<'m>(map: &'m MapIndex) -> Vec<Approach<'m>> {
         let (a, b) = line.first().zip(line.last())?;
         let obey = view.referrers(element.id).iter().map(|&at| &view.lanelets[at]);
         let edges: Vec<_> = obey.filter_map(|seen| edge_at(map, seen, [spot(a), spot(b)])).collect();
-        let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+        let bodies = view.lines(element, "refers").filter(|line| line.attributes.is("subtype", THREE_LAMPS));
         (!edges.is_empty()).then(|| Approach { element, edges, bodies: bodies.collect() })
     };
     view.elements("traffic_light").filter_map(of_light).collect()

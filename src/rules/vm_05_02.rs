@@ -6,6 +6,7 @@ use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
+use crate::lanelet::vocabulary::THREE_LAMPS;
 use crate::lanelet::{LineString, RegulatoryElement};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -16,8 +17,6 @@ pub struct Params {
 
 /// The subtype of a light for people on foot.
 const ON_FOOT: &str = "red_green";
-/// That of a light for vehicles.
-const VEHICLES: &str = "red_yellow_green";
 
 pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let view = map.view();
@@ -51,9 +50,13 @@ fn judge(view: &View, params: &Params, element: &RegulatoryElement) -> Vec<Findi
         let message = format!("Light {} of crosswalk {} has subtype {kind}, not {ON_FOOT}.", light.id, first.id());
         let finding = named(Finding::new("light-kind", on, message).with(subject, "element"));
         // Another light is worse than one that nobody has said the kind of.
-        let finding = if kind == VEHICLES { finding } else { finding.graded(Severity::Warning) };
+        let finding = if kind == THREE_LAMPS { finding } else { finding.graded(Severity::Warning) };
         let edits = vec![Edit::SetTag { on, key: "subtype".into(), value: ON_FOOT.into() }];
-        findings.push(finding.fixed_by(format!("set subtype={ON_FOOT}"), kind != VEHICLES && others.is_empty(), edits));
+        findings.push(finding.fixed_by(
+            format!("set subtype={ON_FOOT}"),
+            kind != THREE_LAMPS && others.is_empty(),
+            edits,
+        ));
     }
     if others.is_empty() {
         for line in view.lines(element, "ref_line") {
@@ -101,9 +104,9 @@ fn for_vehicles(view: &View, finding: Finding, element: &RegulatoryElement, ligh
     let kind = |light: &&LineString| Edit::SetTag {
         on: Subject::LineString(light.id.0),
         key: "subtype".into(),
-        value: VEHICLES.into(),
+        value: THREE_LAMPS.into(),
     };
-    finding.fixed_by(format!("set subtype={VEHICLES} on its lights"), false, lights.iter().map(kind).collect())
+    finding.fixed_by(format!("set subtype={THREE_LAMPS} on its lights"), false, lights.iter().map(kind).collect())
 }
 
 /// Adds the fix that takes the reference to the lights of a crosswalk from a lane that has lights of its own.

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::index::view::{Seen, Spot, View, spot};
+use crate::lanelet::vocabulary::THREE_LAMPS;
 use crate::lanelet::{LineString, LineStringId};
 
 /// Least cosine between the edges of two lanelets that obey one light.
@@ -27,7 +28,7 @@ pub fn facing(view: &View, _: &Params) -> Vec<Issue> {
         let edges: Vec<_> = referrers.iter().filter_map(|&at| edge(&view.lanelets[at], start, end)).collect();
         let Some((first, others)) = edges.split_first() else { continue };
         let kind = |line: &&LineString| {
-            line.attributes.is("type", "traffic_light") && line.attributes.is("subtype", "red_yellow_green")
+            line.attributes.is("type", "traffic_light") && line.attributes.is("subtype", THREE_LAMPS)
         };
         for body in view.lines(light, "refers").filter(kind) {
             let Some([a, b]) = ends(view, body) else { continue };
